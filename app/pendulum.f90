@@ -1,0 +1,2 @@
+program pendulum
+end program

@@ -1,0 +1,47 @@
+!> taut adds kinematic constraints to mechanical systems written as ordinary differential equations.
+!!
+!! A system is an extension of `mechanical_system_t`: it states its sizes with `define` and supplies M (`mass`),
+!! f (`force`), phi (`constraint`), A (`jacobian`) and b'' (`b_second`). Then
+!!
+!!     type(state_t) :: at
+!!     type(integration_result_t) :: result
+!!     type(error_t), allocatable :: error
+!!     at%x = [1.0_wp, 0.0_wp]
+!!     at%v = [0.0_wp, 0.0_wp]
+!!     call simulate(system, at, 10.0_wp, result, error)
+!!
+!! brings the initial state to the constraints and integrates to t = 10 s with positions and velocities that comply to
+!! 1e-12. Options: `method_t`, `integration_options_t`; output: `trajectory_t` or an observer of one's own; `verify`
+!! checks a system's derivatives.
+module taut
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise
+   use taut_version, only: version
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_pseudo_inverse, only: pseudo_inverse_t, path_name
+   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry, rhs_failed, rhs_no_projection
+   use taut_ode_status, only: status_name, status_reached_end, status_event, status_step_too_small, &
+                              status_too_many_steps, status_not_finite, status_rhs_failed, status_projection_failed, &
+                              status_output_failed, status_not_started
+   use taut_ode_event, only: events_t, event_record_t
+   use taut_ode_observer, only: observer_t, trajectory_t
+   use taut_ode_integrate, only: integration_options_t, integration_result_t, integrator_t
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_method, only: method_t, method_names
+   use taut_constrained_projection, only: projector_t, consistent_start, start_report_t
+   use taut_constrained_formulation, only: constrained_ode_t, sample_t
+   use taut_constrained_projectors, only: projectors
+   use taut_constrained_simulate, only: simulate
+   use taut_constrained_verify, only: verify, finding_t
+   implicit none (type, external)
+   private
+   public :: wp, error_t, raise, version
+   public :: mechanical_system_t, state_t, block_diagonal_t
+   public :: simulate, method_t, method_names, integration_options_t, integration_result_t
+   public :: observer_t, trajectory_t, events_t, event_record_t, sample_t, constrained_ode_t
+   public :: consistent_start, start_report_t, verify, finding_t, projectors
+   public :: ode_system_t, integrator_t, projector_t, pseudo_inverse_t, path_name
+   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection
+   public :: status_name, status_reached_end, status_event, status_step_too_small, status_too_many_steps, &
+             status_not_finite, status_rhs_failed, status_projection_failed, status_output_failed, status_not_started
+end module taut

@@ -1,0 +1,576 @@
+!> The constrained system as a system of ordinary differential equations, y = {x; v; w}, by the method of one's choice.
+!!
+!! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
+!! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
+module taut_constrained_formulation
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, to_text
+   use taut_constrained_method, only: method_t
+   use taut_constrained_projection, only: projector_t, relative_violation, solver_code
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_weighted_projection, only: weighted_projection_t
+   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry
+   implicit none (type, external)
+   private
+   public :: constrained_ode_t, sample_t
+
+   !> Kinds of right-hand side.
+   integer, parameter :: acceleration_level = 1, present_method = 2, braun_goldfarb = 3, penalty = 4
+
+   !> What there is to know about a state.
+   type :: sample_t
+      !> Violation of the constraints at position, velocity and acceleration level, largest entries.
+      real(wp) :: phi = 0.0_wp, phidot = 0.0_wp, phiddot = 0.0_wp
+      !> The same at the end of the last step before the state was replaced.
+      real(wp) :: phi_raw = 0.0_wp, phidot_raw = 0.0_wp
+      !> Energy [J], or not a number.
+      real(wp) :: energy = 0.0_wp
+      !> Multipliers of Eqs (14): mu at the end of the last step before the state was replaced, lambda at the state: (c).
+      real(wp), allocatable :: mu(:), lambda(:)
+      !> Rank of A.
+      integer :: rank = 0
+   end type sample_t
+
+   !> A constrained mechanical system with a method.
+   type, extends(ode_system_t) :: constrained_ode_t
+      !> The system; a copy of what `init` was given.
+      class(mechanical_system_t), allocatable :: model
+      !> The method.
+      type(method_t) :: method
+      !> Projection in the metric W, and its iteration count.
+      type(projector_t) :: projector
+      integer, private :: kind = present_method
+      logical, private :: stage_newton = .true., shares_mass = .false., force_form = .false., mass_ready = .false.
+      !> What is replaced at the end of a step, and only above which violation (negative: always).
+      logical, private :: replaces_x = .false., replaces_v = .false.
+      real(wp), private :: threshold = -1.0_wp
+      !> Gains of the acceleration-level constraint, 2 alpha and beta^2.
+      real(wp), private :: gain_v = 0.0_wp, gain_x = 0.0_wp
+      type(state_t), private :: at
+      !> M, and M^-1 A^T S^+.
+      type(block_diagonal_t), private :: m
+      type(weighted_projection_t), private :: reduced
+      real(wp), allocatable, private :: a(:, :), phi(:), b_prime(:), b_second(:), r(:), lambda(:), force(:)
+      real(wp), allocatable, private :: dydt(:), mu_raw(:)
+      real(wp), private :: phi_raw = 0.0_wp, phidot_raw = 0.0_wp
+      integer, private :: bad_row_of_mass = 0
+   contains
+      procedure :: init
+      procedure :: size => state_size
+      procedure :: pack
+      procedure :: unpack
+      procedure :: rhs
+      procedure :: project
+      procedure :: filter_error
+      procedure :: breakpoints
+      procedure :: failure
+      procedure :: sample
+   end type constrained_ode_t
+
+contains
+
+   !> Sets a system and a method together; nothing is allocated afterwards.
+   subroutine init(self, model, method, error)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> The system; copied.
+      class(mechanical_system_t), intent(in) :: model
+      !> The method.
+      type(method_t), intent(in) :: method
+      !> Sizes or options that are not valid.
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: c, n
+
+      call model%check_sizes(error)
+      call method%check(error)
+      if (allocated(error)) return
+      self%model = model
+      self%method = method
+      n = model%n
+      c = model%c
+      select case (method%name)
+      case ('present')
+         self%kind = present_method
+         self%stage_newton = method%stage_projection == 'newton'
+         self%replaces_x = method%state_projection /= 'none'
+         self%replaces_v = method%state_projection == 'position-velocity'
+      case ('baumgarte')
+         self%kind = acceleration_level
+         self%gain_v = 2.0_wp*method%alpha
+         self%gain_x = method%beta**2
+      case ('braun-goldfarb')
+         self%kind = braun_goldfarb
+      case ('penalty')
+         self%kind = penalty
+      case default
+         self%kind = acceleration_level
+         self%replaces_x = method%name /= 'baseline'
+         self%replaces_v = self%replaces_x
+         if (method%name == 'yu-chen') self%threshold = method%correction_tolerance
+      end select
+      self%shares_mass = method%weight == 'mass'
+      self%force_form = method%form == 'force'
+      allocate (self%at%x(model%n_x), self%at%v(n), self%at%w(model%n_w), source=0.0_wp)
+      allocate (self%a(c, n), self%phi(model%n_phi), self%b_prime(c), self%b_second(c), self%r(c), self%lambda(c), &
+                self%force(n), self%mu_raw(c), self%dydt(self%size()), source=0.0_wp)
+      call self%m%init(model%mass_blocks)
+      call self%reduced%init(c, n, solver_code(method%solver), method%rcond)
+      call self%projector%init(model, method)
+   end subroutine init
+
+   !> Number of entries of y.
+   pure function state_size(self) result(n)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> n_x + n + n_w.
+      integer :: n
+
+      n = self%model%n_x + self%model%n + self%model%n_w
+   end function state_size
+
+   !> y = {x; v; w}.
+   pure subroutine pack(self, at, y)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> The state.
+      type(state_t), intent(in) :: at
+      !> All of it: (size).
+      real(wp), intent(out), contiguous :: y(:)
+      integer :: i
+
+      do i = 1, self%model%n_x
+         y(i) = at%x(i)
+      end do
+      do i = 1, self%model%n
+         y(self%model%n_x + i) = at%v(i)
+      end do
+      do i = 1, self%model%n_w
+         y(self%model%n_x + self%model%n + i) = at%w(i)
+      end do
+   end subroutine pack
+
+   !> {x; v; w} = y.
+   pure subroutine unpack(self, t, y, at)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> All of the state: (size).
+      real(wp), intent(in), contiguous :: y(:)
+      !> The state, its parts allocated.
+      type(state_t), intent(inout) :: at
+      integer :: i
+
+      at%t = t
+      do i = 1, self%model%n_x
+         at%x(i) = y(i)
+      end do
+      do i = 1, self%model%n
+         at%v(i) = y(self%model%n_x + i)
+      end do
+      do i = 1, self%model%n_w
+         at%w(i) = y(self%model%n_x + self%model%n + i)
+      end do
+   end subroutine unpack
+
+   !> ydot = {xdot; vdot; wdot}.
+   subroutine rhs(self, t, y, dydt, info)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}: (size).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Its derivative: (size).
+      real(wp), intent(out), contiguous :: dydt(:)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      call self%unpack(t, y, self%at)
+      select case (self%kind)
+      case (present_method)
+         call rhs_present(self, dydt, info)
+      case (acceleration_level)
+         call rhs_acceleration_level(self, dydt, info)
+      case (braun_goldfarb)
+         call rhs_braun_goldfarb(self, dydt, info)
+      case default
+         call rhs_penalty(self, dydt, info)
+      end select
+      if (info == rhs_ok .and. self%model%n_w > 0) &
+         call self%model%w_rate(self%at, dydt(self%model%n_x + self%model%n + 1:))
+   end subroutine rhs
+
+   !> The paper's procedure, Sect. 3.5, step by step.
+   subroutine rhs_present(self, dydt, info)
+      type(constrained_ode_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: dydt(:)
+      integer, intent(out) :: info
+      integer :: n, n_x
+
+      n = self%model%n
+      n_x = self%model%n_x
+      ! (a) project x on the invariant manifold, Eq. (17)
+      if (self%stage_newton) then
+         call self%projector%position(self%model, self%at, info)
+         if (info /= rhs_ok) return
+      else
+         call self%model%normalize(self%at%x)
+      end if
+      ! (b) A, with the corrected x
+      call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+      if (info /= rhs_ok) return
+      ! (c) b', and (d) project v, Eq. (11a)
+      call self%projector%velocity(self%model, self%at)
+      call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
+      ! (e) b'', with the corrected x and v
+      call self%model%b_second(self%at, self%b_second)
+      ! (f) reduced mass matrix and unconstrained acceleration, (g) or (h) correction of the forces or of the accelerations
+      if (self%shares_mass) then
+         call self%model%force(self%at, self%force)
+         call constrained_acceleration(self%projector%a, self%b_second, self%force_form, self%projector%w, &
+                                       self%projector%onto, self%force, self%r, self%lambda, dydt(n_x + 1:n_x + n))
+      else
+         call renew_mass(self, info)
+         if (info /= rhs_ok) return
+         call self%reduced%update(self%projector%a, self%m, .false., info, 0.0_wp)
+         if (info /= 0) then
+            info = rhs_retry
+            return
+         end if
+         call self%model%force(self%at, self%force)
+         call constrained_acceleration(self%projector%a, self%b_second, self%force_form, self%m, self%reduced, &
+                                       self%force, self%r, self%lambda, dydt(n_x + 1:n_x + n))
+      end if
+   end subroutine rhs_present
+
+   !> Eq. (8), with the acceleration-level constraint as it is or with Baumgarte's terms.
+   subroutine rhs_acceleration_level(self, dydt, info)
+      type(constrained_ode_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: dydt(:)
+      integer, intent(out) :: info
+      integer :: i, n, n_x
+
+      n = self%model%n
+      n_x = self%model%n_x
+      call self%model%normalize(self%at%x)
+      call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
+      call self%model%jacobian(self%at, self%a)
+      call self%model%b_second(self%at, self%b_second)
+      if (self%gain_v > 0.0_wp .or. self%gain_x > 0.0_wp) then
+         call violations(self)
+         do i = 1, self%model%c
+            self%b_second(i) = self%b_second(i) - self%gain_v*self%r(i)
+         end do
+         do i = 1, self%model%n_phi
+            self%b_second(i) = self%b_second(i) - self%gain_x*self%phi(i)
+         end do
+      end if
+      call solve_accelerations(self, dydt(n_x + 1:n_x + n), info)
+   end subroutine rhs_acceleration_level
+
+   !> Braun and Goldfarb [30]: A xdot = b' - phi/dt and A vdot = b'' - (A v - b')/dt, each met by its own projection.
+   subroutine rhs_braun_goldfarb(self, dydt, info)
+      type(constrained_ode_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: dydt(:)
+      integer, intent(out) :: info
+      integer :: i, n, n_x
+
+      n = self%model%n
+      n_x = self%model%n_x
+      call self%model%normalize(self%at%x)
+      call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+      if (info /= rhs_ok) return
+      self%a(:, :) = self%projector%a
+      call violations(self)
+      call self%model%b_second(self%at, self%b_second)
+      do i = 1, self%model%c
+         self%b_second(i) = self%b_second(i) - self%r(i)/self%method%dt
+      end do
+      call solve_accelerations(self, dydt(n_x + 1:n_x + n), info)
+      if (info /= rhs_ok) return
+      self%r(:) = 0.0_wp
+      self%r(1:self%model%n_phi) = self%phi/self%method%dt
+      call self%projector%velocity(self%model, self%at, self%r)
+      call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
+   end subroutine rhs_braun_goldfarb
+
+   !> No multipliers: stiffness and damping on the violation, lambda = k phi + d (A v - b').
+   subroutine rhs_penalty(self, dydt, info)
+      type(constrained_ode_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: dydt(:)
+      integer, intent(out) :: info
+      integer :: i, j, n, n_x
+
+      n = self%model%n
+      n_x = self%model%n_x
+      call self%model%normalize(self%at%x)
+      call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
+      call self%model%jacobian(self%at, self%a)
+      call violations(self)
+      self%lambda(:) = self%method%damping*self%r
+      self%lambda(1:self%model%n_phi) = self%lambda(1:self%model%n_phi) + self%method%stiffness*self%phi
+      call self%model%force(self%at, self%force)
+      do j = 1, n
+         do i = 1, self%model%c
+            self%force(j) = self%force(j) - self%a(i, j)*self%lambda(i)
+         end do
+      end do
+      call renew_mass(self, info)
+      if (info /= rhs_ok) return
+      call self%m%solve(1, self%force)
+      dydt(n_x + 1:n_x + n) = self%force
+   end subroutine rhs_penalty
+
+   !> phi and r = A v - b' at the state as it is, with A in `a`.
+   subroutine violations(self)
+      type(constrained_ode_t), intent(inout) :: self
+      integer :: i
+
+      call self%model%constraint(self%at, self%phi)
+      call self%model%b_prime(self%at, self%b_prime)
+      do i = 1, self%model%c
+         self%r(i) = dot_product(self%a(i, :), self%at%v) - self%b_prime(i)
+      end do
+   end subroutine violations
+
+   !> M at the state, factorized.
+   subroutine renew_mass(self, info)
+      type(constrained_ode_t), intent(inout) :: self
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      if (self%mass_ready .and. self%model%constant_mass) return
+      call self%model%mass(self%at, self%m)
+      call self%m%factorize(self%bad_row_of_mass)
+      self%mass_ready = self%bad_row_of_mass == 0
+      if (.not. self%mass_ready) info = rhs_retry
+   end subroutine renew_mass
+
+   !> vdot from A vdot = b'' with A in `a`, b'' in `b_second`, at a state that may violate the constraints.
+   subroutine solve_accelerations(self, vdot, info)
+      type(constrained_ode_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: vdot(:)
+      integer, intent(out) :: info
+      real(wp) :: noise
+
+      call renew_mass(self, info)
+      if (info /= rhs_ok) return
+      noise = 0.0_wp
+      if (self%model%n_phi > 1) then
+         call self%model%constraint(self%at, self%phi)
+         noise = relative_violation(self%phi, self%a, self%at%x)
+      end if
+      call self%reduced%update(self%a, self%m, .false., info, noise)
+      if (info /= 0) then
+         info = rhs_retry
+         return
+      end if
+      call self%model%force(self%at, self%force)
+      call constrained_acceleration(self%a, self%b_second, self%force_form, self%m, self%reduced, self%force, self%r, &
+                                    self%lambda, vdot)
+   end subroutine solve_accelerations
+
+   !> Eq. (11b) or (19b): accelerations from the forces and A vdot = b''.
+   subroutine constrained_acceleration(a, b_second, force_form, m, reduced, f, r, lambda, vdot)
+      real(wp), intent(in), contiguous :: a(:, :), b_second(:)
+      logical, intent(in) :: force_form
+      type(block_diagonal_t), intent(in) :: m
+      type(weighted_projection_t), intent(inout) :: reduced
+      real(wp), intent(inout), contiguous :: f(:), r(:), lambda(:), vdot(:)
+      integer :: c, i, j, n
+
+      c = size(b_second)
+      n = size(f)
+      ! Unconstrained acceleration a = M^-1 f, and the reduced one A a, Eq. (21).
+      vdot(:) = f
+      call m%solve(1, vdot)
+      do i = 1, c
+         r(i) = -b_second(i)
+      end do
+      do j = 1, n
+         do i = 1, c
+            r(i) = r(i) + a(i, j)*vdot(j)
+         end do
+      end do
+      ! lambda = S^+ (A a - b''), Eq. (14b).
+      call reduced%multipliers(r, lambda)
+      if (force_form) then
+         ! (g), Eq. (19b): M vdot = f - A^T lambda.
+         do j = 1, n
+            do i = 1, c
+               f(j) = f(j) - a(i, j)*lambda(i)
+            end do
+         end do
+         vdot(:) = f
+         call m%solve(1, vdot)
+      else
+         ! (h), Eq. (11b): vdot = a - M^-1 A^T lambda.
+         call reduced%correction(lambda, vdot)
+      end if
+   end subroutine constrained_acceleration
+
+   !> Replaces what the method replaces at the end of a step: coordinates by Eq. (17), velocities by Eq. (11a).
+   subroutine project(self, t, y, fresh, stale, info)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}, replaced: (size).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> Whether the last call of `rhs` was for this very t and y.
+      logical, intent(in) :: fresh
+      !> Whether the derivative has to be evaluated again.
+      logical, intent(out) :: stale
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      integer :: n_x
+
+      stale = .false.
+      info = rhs_ok
+      n_x = self%model%n_x
+      if (.not. self%replaces_x) then
+         ! Every right-hand side normalizes first, so that its value stays.
+         call self%model%normalize(y(1:n_x))
+         return
+      end if
+      if (.not. (self%kind == present_method .and. self%stage_newton .and. fresh)) then
+         call self%unpack(t, y, self%at)
+         call correct(self, info)
+         if (info /= rhs_ok) return
+         stale = fresh .and. (self%threshold < 0.0_wp .or. self%projector%phi_raw > self%threshold .or. &
+                              self%projector%phidot_raw > self%threshold)
+      end if
+      ! With Eqs (11) on the projected state the right-hand side F satisfies F(P(y)) = F(y): the last stage holds P(y)
+      ! already, and its derivative stays valid.
+      y(1:n_x) = self%at%x
+      if (self%replaces_v) y(n_x + 1:n_x + self%model%n) = self%at%v
+      if (.not. fresh) return
+      self%phi_raw = self%projector%phi_raw
+      self%phidot_raw = self%projector%phidot_raw
+      self%mu_raw(:) = self%projector%mu
+   end subroutine project
+
+   !> Position and velocity corrected, always or above the method's threshold.
+   subroutine correct(self, info)
+      type(constrained_ode_t), intent(inout) :: self
+      integer, intent(out) :: info
+
+      call self%projector%position(self%model, self%at, info, self%threshold)
+      if (info /= rhs_ok) return
+      call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+      if (info /= rhs_ok) return
+      call self%projector%velocity_violation(self%model, self%at)
+      self%projector%mu(:) = 0.0_wp
+      if (self%projector%phidot_raw > self%threshold) call self%projector%velocity(self%model, self%at)
+   end subroutine correct
+
+   !> Takes off the local error what `project` will take off the state.
+   subroutine filter_error(self, error)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Estimate of the local error: (size).
+      real(wp), intent(inout), contiguous :: error(:)
+      integer :: info, n_x
+
+      if (.not. self%replaces_x .or. self%threshold >= 0.0_wp) return
+      n_x = self%model%n_x
+      if (self%kind == acceleration_level) then
+         call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+         if (info /= rhs_ok) return
+      end if
+      call self%projector%filter_position(self%model, self%at, error(1:n_x))
+      if (self%replaces_v) call self%projector%filter_velocity(self%model, error(n_x + 1:n_x + self%model%n))
+   end subroutine filter_error
+
+   !> The breakpoints of the system.
+   function breakpoints(self) result(times)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> Times in any order [s].
+      real(wp), allocatable :: times(:)
+
+      times = self%model%breakpoints()
+   end function breakpoints
+
+   !> Why the last evaluation or projection failed.
+   function failure(self) result(text)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> One line.
+      character(:), allocatable :: text
+
+      if (self%bad_row_of_mass > 0) then
+         text = 'the mass matrix is not positive definite at row '//to_text(self%bad_row_of_mass)
+      else
+         text = self%projector%explain()
+      end if
+   end function failure
+
+   !> Violations, multipliers, energy and rank at a state, evaluated afresh.
+   subroutine sample(self, t, y, s, info)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}: (size).
+      real(wp), intent(in), contiguous :: y(:)
+      !> What there is to know; its arrays are allocated if they are not.
+      type(sample_t), intent(inout) :: s
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      integer :: i, iterations, n, n_x
+
+      if (.not. allocated(s%mu)) allocate (s%mu(self%model%c), s%lambda(self%model%c), source=0.0_wp)
+      n = self%model%n
+      n_x = self%model%n_x
+      ! Output does not count as work of the method.
+      iterations = self%projector%iterations
+      call self%rhs(t, y, self%dydt, info)
+      self%projector%iterations = iterations
+      if (info /= rhs_ok) return
+      s%lambda(:) = self%lambda
+      if (self%kind == present_method) s%mu(:) = self%projector%mu
+
+      call self%unpack(t, y, self%at)
+      call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+      if (info /= rhs_ok) return
+      s%rank = self%projector%onto%rank
+      self%a(:, :) = self%projector%a
+      call violations(self)
+      s%phi = largest(self%phi)
+      s%phidot = largest(self%r)
+      call self%model%b_second(self%at, self%b_second)
+      do i = 1, self%model%c
+         self%r(i) = dot_product(self%a(i, :), self%dydt(n_x + 1:n_x + n)) - self%b_second(i)
+      end do
+      s%phiddot = largest(self%r)
+      s%energy = self%model%energy(self%at)
+      if (self%replaces_x) then
+         s%phi_raw = self%phi_raw
+         s%phidot_raw = self%phidot_raw
+         s%mu(:) = self%mu_raw
+      else
+         s%phi_raw = s%phi
+         s%phidot_raw = s%phidot
+         if (self%kind /= present_method) then
+            call self%projector%velocity(self%model, self%at)
+            s%mu(:) = self%projector%mu
+         end if
+      end if
+   end subroutine sample
+
+   !> Largest absolute entry, 0 if there is none.
+   pure function largest(values) result(value)
+      real(wp), intent(in) :: values(:)
+      real(wp) :: value
+      integer :: i
+
+      value = 0.0_wp
+      do i = 1, size(values)
+         value = max(value, abs(values(i)))
+      end do
+   end function largest
+
+end module taut_constrained_formulation

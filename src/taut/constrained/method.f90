@@ -1,0 +1,121 @@
+!> Which method enforces the constraints, by name, and its options.
+module taut_constrained_method
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   implicit none (type, external)
+   private
+   public :: method_t, method_names
+
+   !> All methods.
+   character(len=21), parameter :: method_names(7) = [character(len=21) :: 'baseline', 'present', 'baumgarte', &
+                                                      'braun-goldfarb', 'yu-chen', 'coordinate-projection', 'penalty']
+
+   !> A method and its options. Texts may be padded with blanks.
+   type :: method_t
+      !> `baseline`: Eq. (8). `present`: Eqs (11)-(17), Sect. 3.5. `baumgarte`: Eq. (8) with
+      !! A vdot = b'' - 2 alpha (A v - b') - beta^2 phi. `braun-goldfarb`: A xdot = b' - phi/dt and
+      !! A vdot = b'' - (A v - b')/dt. `yu-chen`: Eq. (8), position and velocity corrected when a violation exceeds
+      !! `correction_tolerance`. `coordinate-projection`: Eq. (8), both levels projected after each step (Eich).
+      !! `penalty`: no multipliers, f - A^T (stiffness phi + damping (A v - b')).
+      character(len=32) :: name = 'present'
+      !> W of Eqs (11a), (16), (17): `identity`, `mass` (W = M) or `given` (the system's own procedure `weight`).
+      character(len=16) :: weight = 'identity'
+      !> `present`: `newton` projects x before each right-hand side is evaluated (Sect. 3.5 a); `none` evaluates A at
+      !! the stage's own x.
+      character(len=16) :: stage_projection = 'newton'
+      !> `present`: what of the state is replaced at the end of each accepted step: `none`, `position` or
+      !! `position-velocity`.
+      character(len=24) :: state_projection = 'position-velocity'
+      !> `present`: constraints corrected in `acceleration` form, Sect. 3.5 (h), or in `force` form, (g) and Eq. (19b).
+      character(len=16) :: form = 'acceleration'
+      !> `auto`: S = A M^-1 A^T by Cholesky where that is safe and DGELSD otherwise; `dgelsd`: S always by DGELSD;
+      !! `factor`: DGELSD on A L^-T with M = L L^T, which does not square the condition number.
+      character(len=16) :: solver = 'auto'
+      !> Relative size below which a singular value counts as zero; 0 for the default of the solver: 1e-12, `factor` 1e-9.
+      real(wp) :: rcond = 0.0_wp
+      !> Gains of `baumgarte` [1/s].
+      real(wp) :: alpha = 2.0_wp, beta = 2.0_wp
+      !> Time constant of `braun-goldfarb` [s].
+      real(wp) :: dt = 0.1_wp
+      !> Violation above which `yu-chen` corrects, in the unit of phi and of phidot.
+      real(wp) :: correction_tolerance = 1.0e-6_wp
+      !> Stiffness and damping of `penalty` [force/unit of phi, force/unit of phidot].
+      real(wp) :: stiffness = 0.0_wp, damping = 0.0_wp
+      !> Largest entry of phi that counts as none, in the unit of phi.
+      real(wp) :: projection_tolerance = 1.0e-12_wp
+      !> Largest number of iterations of Eq. (17).
+      integer :: max_iterations = 25
+      !> Whether constraints that cannot all be met are carried on with, at the point where their violation is least.
+      logical :: accept_inconsistent = .false.
+   contains
+      procedure :: check
+   end type method_t
+
+contains
+
+   !> Whether names and numbers are valid.
+   subroutine check(self, error)
+      !> The method.
+      class(method_t), intent(in) :: self
+      !> What is not.
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: here
+
+      here = 'method "'//trim(self%name)//'"'
+      if (.not. any(method_names == self%name)) then
+         call raise(error, here, 'there is no such method', 'use one of '//listed(method_names))
+         return
+      end if
+      call one_of('weight', self%weight, [character(len=24) :: 'identity', 'mass', 'given'])
+      call one_of('stage_projection', self%stage_projection, [character(len=24) :: 'newton', 'none'])
+      call one_of('state_projection', self%state_projection, [character(len=24) :: 'none', 'position', 'position-velocity'])
+      call one_of('form', self%form, [character(len=24) :: 'acceleration', 'force'])
+      call one_of('solver', self%solver, [character(len=24) :: 'auto', 'dgelsd', 'factor'])
+      if (.not. (self%rcond >= 0.0_wp .and. self%rcond < 1.0_wp)) &
+         call raise(error, here, 'rcond = '//to_text(self%rcond)//' is not between 0 and 1', 'give 0 for the default')
+      if (.not. self%projection_tolerance > 0.0_wp) &
+         call raise(error, here, 'projection_tolerance = '//to_text(self%projection_tolerance)//' is not positive', &
+                    'give a tolerance such as 1e-12')
+      if (self%max_iterations < 1) &
+         call raise(error, here, 'max_iterations = '//to_text(self%max_iterations)//' is not positive', 'give 1 or more')
+      select case (self%name)
+      case ('baumgarte')
+         if (.not. (self%alpha >= 0.0_wp .and. self%beta >= 0.0_wp)) &
+            call raise(error, here, 'alpha = '//to_text(self%alpha)//', beta = '//to_text(self%beta)// &
+                       ': a gain is negative', 'give gains such as 2')
+      case ('braun-goldfarb')
+         if (.not. self%dt > 0.0_wp) &
+            call raise(error, here, 'dt = '//to_text(self%dt)//' is not positive', 'give a time near the expected step')
+      case ('yu-chen')
+         if (.not. self%correction_tolerance >= 0.0_wp) &
+            call raise(error, here, 'correction_tolerance = '//to_text(self%correction_tolerance)//' is negative', 'give 0 or more')
+      case ('penalty')
+         if (.not. (self%stiffness > 0.0_wp .and. self%damping >= 0.0_wp)) &
+            call raise(error, here, 'stiffness = '//to_text(self%stiffness)//', damping = '//to_text(self%damping)// &
+                       ': the constraints are not held', 'give a positive stiffness and a damping of 0 or more')
+      end select
+
+   contains
+
+      subroutine one_of(option, value, choices)
+         character(*), intent(in) :: option, value, choices(:)
+
+         if (.not. any(choices == value)) &
+            call raise(error, here, option//' = "'//trim(value)//'" is unknown', 'use one of '//listed(choices))
+      end subroutine one_of
+
+   end subroutine check
+
+   !> Names in one line.
+   pure function listed(names) result(text)
+      character(*), intent(in) :: names(:)
+      character(:), allocatable :: text
+      integer :: i
+
+      text = '"'//trim(names(1))//'"'
+      do i = 2, size(names)
+         text = text//', "'//trim(names(i))//'"'
+      end do
+   end function listed
+
+end module taut_constrained_method

@@ -1,0 +1,494 @@
+!> Projection of positions and velocities on the constraints, and the consistent start.
+module taut_constrained_projection
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_constrained_method, only: method_t
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_weighted_projection, only: weighted_projection_t, solver_auto, solver_dgelsd, solver_factor
+   use taut_ode_system, only: rhs_ok, rhs_retry, rhs_no_projection
+   implicit none (type, external)
+   private
+   public :: projector_t, start_report_t, consistent_start, relative_violation, solver_code
+
+   !> Why a projection failed.
+   integer, parameter :: no_reason = 0, not_converged = 1, inconsistent = 2, not_finite = 3, weight_not_positive = 4
+
+   !> Projection in the metric W, and its workspace.
+   type :: projector_t
+      !> Constraint matrix at the last `linearize`: (c, n).
+      real(wp), allocatable :: a(:, :)
+      !> b' at the last `velocity`: (c).
+      real(wp), allocatable :: b_prime(:)
+      !> Multipliers mu of Eq. (14a) at the last `velocity`: (c).
+      real(wp), allocatable :: mu(:)
+      !> Violation of the last position that was given to `position`, largest entry, before it was corrected.
+      real(wp) :: phi_raw = 0.0_wp
+      !> Violation of the last velocity that was given to `velocity`, largest entry, before it was corrected.
+      real(wp) :: phidot_raw = 0.0_wp
+      !> Violation that is left after `position`, largest entry.
+      real(wp) :: residual = 0.0_wp
+      !> Iterations of Eq. (17) in all.
+      integer :: iterations = 0
+      !> W, factorized; not used if W = I.
+      type(block_diagonal_t) :: w
+      !> W^-1 A^T S^+ with all rows of A, as of the last `linearize`.
+      type(weighted_projection_t) :: onto
+      logical, private :: identity = .true., w_is_mass = .false., all_holonomic = .true., w_ready = .false.
+      logical, private :: accept_inconsistent = .false.
+      real(wp), private :: tolerance = 1.0e-12_wp
+      integer, private :: max_iterations = 25, reason = no_reason, worst = 0
+      !> The holonomic rows alone, where there are others.
+      type(weighted_projection_t), private :: onto_holonomic
+      real(wp), allocatable, private :: phi(:), nu(:), d(:), x_before(:), r(:), normal(:)
+   contains
+      procedure :: init
+      procedure :: position
+      procedure :: linearize
+      procedure :: velocity
+      procedure :: velocity_violation
+      procedure :: filter_position
+      procedure :: filter_velocity
+      procedure :: explain
+   end type projector_t
+
+   !> What the consistent start did.
+   type :: start_report_t
+      !> Largest change of a coordinate, in its unit.
+      real(wp) :: moved_x = 0.0_wp
+      !> Largest change of a velocity, in its unit.
+      real(wp) :: moved_v = 0.0_wp
+      !> Violation of positions and velocities as given, largest entries.
+      real(wp) :: phi_given = 0.0_wp, phidot_given = 0.0_wp
+      !> Violation of positions that is left, largest entry: not round-off only if inconsistent constraints are accepted.
+      real(wp) :: phi_left = 0.0_wp
+      !> Iterations of Eq. (17).
+      integer :: iterations = 0
+      !> Rank of A.
+      integer :: rank = 0
+      !> Degrees of freedom: velocities less the rank.
+      integer :: freedoms = 0
+   end type start_report_t
+
+contains
+
+   !> The solver's number for its name.
+   pure function solver_code(name) result(code)
+      !> `auto`, `dgelsd` or `factor`.
+      character(*), intent(in) :: name
+      !> Its constant in `taut_linalg_weighted_projection`.
+      integer :: code
+
+      code = solver_auto
+      if (name == 'dgelsd') code = solver_dgelsd
+      if (name == 'factor') code = solver_factor
+   end function solver_code
+
+   !> Allocates the workspace; nothing is allocated afterwards.
+   subroutine init(self, model, method)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system whose constraints are met.
+      class(mechanical_system_t), intent(in) :: model
+      !> Weight, tolerances, solver.
+      type(method_t), intent(in) :: method
+
+      self%identity = method%weight == 'identity'
+      self%w_is_mass = method%weight == 'mass'
+      self%w_ready = .false.
+      self%accept_inconsistent = method%accept_inconsistent
+      self%tolerance = method%projection_tolerance
+      self%max_iterations = method%max_iterations
+      self%all_holonomic = model%n_phi == model%c
+      allocate (self%a(model%c, model%n), self%b_prime(model%c), self%mu(model%c), self%r(model%c), &
+                self%normal(model%c), self%phi(model%n_phi), self%nu(model%n_phi), self%d(model%n), &
+                self%x_before(model%n_x), source=0.0_wp)
+      call self%w%init(model%mass_blocks)
+      call self%onto%init(model%c, model%n, solver_code(method%solver), method%rcond)
+      if (.not. self%all_holonomic) &
+         call self%onto_holonomic%init(model%n_phi, model%n, solver_code(method%solver), method%rcond)
+   end subroutine init
+
+   !> W at a state, factorized.
+   subroutine renew_weight(self, model, at, info)
+      type(projector_t), intent(inout) :: self
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      integer, intent(out) :: info
+
+      info = 0
+      if (self%identity) return
+      if (self%w_is_mass) then
+         if (self%w_ready .and. model%constant_mass) return
+         call model%mass(at, self%w)
+      else
+         call model%weight(at, self%w)
+      end if
+      call self%w%factorize(info)
+      self%w_ready = info == 0
+   end subroutine renew_weight
+
+   !> Newton's iteration (17): x (+) (-W^-1 A^T S^+ phi) until no entry of phi exceeds the tolerance.
+   !!
+   !! Source: Eqs (16), (17). A step that does not reduce phi is halved.
+   subroutine position(self, model, at, info, threshold)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state; x is replaced.
+      type(state_t), intent(inout) :: at
+      !> `rhs_ok`, `rhs_retry` (entries that are not finite) or `rhs_no_projection`.
+      integer, intent(out) :: info
+      !> Violation up to which nothing is done; default: the tolerance of the method.
+      real(wp), intent(in), optional :: threshold
+      real(wp) :: before, least, noise, reach
+      integer :: iteration
+
+      info = rhs_ok
+      call model%normalize(at%x)
+      self%residual = 0.0_wp
+      self%phi_raw = 0.0_wp
+      if (model%n_phi == 0) return
+      call model%constraint(at, self%phi)
+      if (.not. all(ieee_is_finite(self%phi))) then
+         call give_up(self, not_finite, info)
+         return
+      end if
+      self%residual = maxval(abs(self%phi))
+      self%phi_raw = self%residual
+      if (present(threshold)) then
+         if (self%residual <= threshold) return
+      end if
+      do iteration = 1, self%max_iterations + 1
+         least = max(self%tolerance, 4.0_wp*spacing(maxval(abs(at%x))))
+         if (self%residual <= least) return
+         if (iteration > self%max_iterations) exit
+         self%iterations = self%iterations + 1
+         call model%jacobian(at, self%a)
+         call renew_weight(self, model, at, info)
+         if (info /= 0) then
+            call give_up(self, weight_not_positive, info)
+            return
+         end if
+         noise = 0.0_wp
+         if (model%n_phi > 1) noise = relative_violation(self%phi, self%a, at%x)
+         call newton_step(self, model%n_phi, noise, reach, info)
+         if (info == rhs_ok .and. noise > 0.0_wp .and. reach < 0.5_wp*self%residual) &
+            call newton_step(self, model%n_phi, 0.0_wp, reach, info)
+         if (info /= rhs_ok) return
+         if (reach <= least .or. (reach <= 1.0e-6_wp*self%residual .and. .not. self%accept_inconsistent)) then
+            if (self%accept_inconsistent) return
+            call give_up(self, inconsistent, info)
+            return
+         end if
+         if (maxval(abs(self%d)) <= 2.0_wp*spacing(maxval(abs(at%x))) .and. reach >= 0.5_wp*self%residual) return
+         before = norm2(self%phi)
+         call move(self, model, at, before, info)
+         if (info /= rhs_ok) return
+      end do
+      call give_up(self, not_converged, info)
+   end subroutine position
+
+   !> d = -W^-1 A^T S^+ phi with the holonomic rows, and the largest entry of A d: what d will change in phi.
+   subroutine newton_step(self, n_phi, noise, reach, info)
+      type(projector_t), intent(inout) :: self
+      integer, intent(in) :: n_phi
+      real(wp), intent(in) :: noise
+      real(wp), intent(out) :: reach
+      integer, intent(out) :: info
+      integer :: i
+
+      self%d(:) = 0.0_wp
+      reach = 0.0_wp
+      if (self%all_holonomic) then
+         call self%onto%update(self%a, self%w, self%identity, info, noise)
+         if (info == 0) then
+            call self%onto%multipliers(self%phi, self%nu)
+            call self%onto%correction(self%nu, self%d)
+         end if
+      else
+         call self%onto_holonomic%update(self%a, self%w, self%identity, info, noise)
+         if (info == 0) then
+            call self%onto_holonomic%multipliers(self%phi, self%nu)
+            call self%onto_holonomic%correction(self%nu, self%d)
+         end if
+      end if
+      if (info /= 0 .or. .not. all(ieee_is_finite(self%d))) then
+         call give_up(self, not_finite, info)
+         return
+      end if
+      info = rhs_ok
+      do i = 1, n_phi
+         reach = max(reach, abs(dot_product(self%a(i, :), self%d)))
+      end do
+   end subroutine newton_step
+
+   !> x := x (+) d, with d halved until phi has become smaller.
+   subroutine move(self, model, at, before, info)
+      type(projector_t), intent(inout) :: self
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(inout) :: at
+      real(wp), intent(in) :: before
+      integer, intent(out) :: info
+      integer :: halving
+
+      self%x_before(:) = at%x
+      do halving = 0, 10
+         call model%displace(self%d, at%x)
+         call model%normalize(at%x)
+         call model%constraint(at, self%phi)
+         if (all(ieee_is_finite(self%phi))) then
+            if (norm2(self%phi) < before) then
+               self%residual = maxval(abs(self%phi))
+               info = rhs_ok
+               return
+            end if
+         end if
+         at%x(:) = self%x_before
+         self%d(:) = 0.5_wp*self%d
+      end do
+      call model%constraint(at, self%phi)
+      call give_up(self, not_converged, info)
+   end subroutine move
+
+   !> How far the rows of A may be from those on the manifold: the distance to it, relative to the size of the coordinates.
+   pure function relative_violation(phi, a, x) result(value)
+      !> Violation of the holonomic constraints: (n_phi).
+      real(wp), intent(in) :: phi(:)
+      !> Constraint matrix, holonomic rows first: (at least n_phi, n).
+      real(wp), intent(in) :: a(:, :)
+      !> Coordinates: (n_x).
+      real(wp), intent(in) :: x(:)
+      !> Between 0 and 1.
+      real(wp) :: value
+      real(wp) :: row, scale
+      integer :: i
+
+      value = 0.0_wp
+      scale = maxval(abs(x))
+      if (.not. scale > tiny(1.0_wp)) return
+      do i = 1, size(phi)
+         row = norm2(a(i, :))
+         if (row > tiny(1.0_wp)) value = max(value, min(1.0_wp, abs(phi(i))/(row*scale)))
+      end do
+   end function relative_violation
+
+   !> A, W and S = A W^-1 A^T at a state, Sect. 3.5 (b).
+   subroutine linearize(self, model, at, info, noise)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state.
+      type(state_t), intent(in) :: at
+      !> `rhs_ok` or `rhs_retry`.
+      integer, intent(out) :: info
+      !> Relative error of the rows of A for want of a state that meets the constraints.
+      real(wp), intent(in) :: noise
+
+      call model%jacobian(at, self%a)
+      call renew_weight(self, model, at, info)
+      if (info /= 0) then
+         call give_up(self, weight_not_positive, info)
+         return
+      end if
+      call self%onto%update(self%a, self%w, self%identity, info, noise)
+      if (info == 0 .and. .not. self%all_holonomic) &
+         call self%onto_holonomic%update(self%a, self%w, self%identity, info, noise)
+      if (info /= 0) then
+         call give_up(self, not_finite, info)
+         return
+      end if
+      info = rhs_ok
+   end subroutine linearize
+
+   !> v := v - W^-1 A^T S^+ (A v - b'), Eq. (11a) and Sect. 3.5 (c), (d), after `linearize`.
+   subroutine velocity(self, model, at, shift)
+      !> The projector; mu is in `mu`.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state; v is replaced.
+      type(state_t), intent(inout) :: at
+      !> Added to the violation A v - b', for methods that ask for another rate: (c).
+      real(wp), intent(in), optional :: shift(:)
+
+      if (model%c == 0) return
+      call self%velocity_violation(model, at)
+      if (present(shift)) self%r(:) = self%r + shift
+      call self%onto%multipliers(self%r, self%mu)
+      call self%onto%correction(self%mu, at%v)
+   end subroutine velocity
+
+   !> A v - b', after `linearize`: its largest entry is kept in `phidot_raw`.
+   subroutine velocity_violation(self, model, at)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state.
+      type(state_t), intent(in) :: at
+      integer :: i, j
+
+      self%phidot_raw = 0.0_wp
+      if (model%c == 0) return
+      call model%b_prime(at, self%b_prime)
+      do i = 1, model%c
+         self%r(i) = -self%b_prime(i)
+      end do
+      do j = 1, model%n
+         do i = 1, model%c
+            self%r(i) = self%r(i) + self%a(i, j)*at%v(j)
+         end do
+      end do
+      self%phidot_raw = maxval(abs(self%r))
+   end subroutine velocity_violation
+
+   !> Takes the part normal to the constraints off a small change of x, after `linearize`.
+   subroutine filter_position(self, model, at, e)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> The state of the last `linearize`.
+      type(state_t), intent(in) :: at
+      !> Change of the coordinates: (n_x).
+      real(wp), intent(inout) :: e(:)
+      integer :: i
+
+      if (model%n_phi == 0) return
+      call model%v_of_x_rate(at, e, self%d)
+      do i = 1, model%n_phi
+         self%phi(i) = dot_product(self%a(i, :), self%d)
+      end do
+      if (self%all_holonomic) then
+         call self%onto%multipliers(self%phi, self%nu)
+         call self%onto%correction(self%nu, self%d)
+      else
+         call self%onto_holonomic%multipliers(self%phi, self%nu)
+         call self%onto_holonomic%correction(self%nu, self%d)
+      end if
+      call model%x_rate(at, self%d, e)
+   end subroutine filter_position
+
+   !> Takes the part normal to the constraints off a small change of v, after `linearize`.
+   subroutine filter_velocity(self, model, e)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Change of the velocities: (n).
+      real(wp), intent(inout) :: e(:)
+      integer :: i
+
+      if (model%c == 0) return
+      do i = 1, model%c
+         self%r(i) = dot_product(self%a(i, :), e)
+      end do
+      call self%onto%multipliers(self%r, self%normal)
+      call self%onto%correction(self%normal, e)
+   end subroutine filter_velocity
+
+   !> Notes why a projection failed.
+   subroutine give_up(self, reason, info)
+      type(projector_t), intent(inout) :: self
+      integer, intent(in) :: reason
+      integer, intent(out) :: info
+
+      self%reason = reason
+      self%worst = 0
+      info = rhs_retry
+      if (reason == not_converged .or. reason == inconsistent) then
+         info = rhs_no_projection
+         self%worst = maxloc(abs(self%phi), 1)
+         self%residual = abs(self%phi(self%worst))
+      end if
+   end subroutine give_up
+
+   !> Why the last projection failed, in words.
+   function explain(self) result(text)
+      !> The projector.
+      class(projector_t), intent(in) :: self
+      !> One line.
+      character(:), allocatable :: text
+
+      select case (self%reason)
+      case (not_converged)
+         text = 'constraint '//to_text(self%worst)//' is still violated by '//to_text(self%residual)//' after '// &
+                to_text(self%max_iterations)//' iterations'
+      case (inconsistent)
+         text = 'the constraints are inconsistent: constraint '//to_text(self%worst)//' stays violated by '// &
+                to_text(self%residual)//' and no displacement reduces it'
+      case (weight_not_positive)
+         text = 'the weight matrix W is not positive definite'
+      case (not_finite)
+         text = 'a constraint or its matrix is not finite'
+      case default
+         text = ''
+      end select
+   end function explain
+
+   !> Brings an initial state to the constraints: x by Eq. (17), v by Eq. (11a).
+   subroutine consistent_start(model, method, at, report, error)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Weight, tolerances, solver.
+      type(method_t), intent(in) :: method
+      !> Initial state; x and v are replaced.
+      type(state_t), intent(inout) :: at
+      !> How far it was moved.
+      type(start_report_t), intent(out) :: report
+      !> Sizes that do not fit, or a state that no projection mends.
+      type(error_t), allocatable, intent(inout) :: error
+      type(projector_t) :: projector
+      type(method_t) :: patient
+      real(wp), allocatable :: x(:), v(:)
+      integer :: info
+      character(*), parameter :: here = 'initial state'
+
+      call model%check_sizes(error)
+      call method%check(error)
+      if (allocated(error)) return
+      if (.not. allocated(at%w)) allocate (at%w(0))
+      if (.not. (allocated(at%x) .and. allocated(at%v))) then
+         call raise(error, here, 'coordinates or velocities are not set', 'set both')
+         return
+      end if
+      if (size(at%x) /= model%n_x .or. size(at%v) /= model%n .or. size(at%w) /= model%n_w) then
+         call raise(error, here, 'it has '//to_text(size(at%x))//' coordinates, '//to_text(size(at%v))//' velocities and '// &
+                    to_text(size(at%w))//' other states for '//to_text(model%n_x)//', '//to_text(model%n)//' and '// &
+                    to_text(model%n_w), 'give as many as the system has')
+         return
+      end if
+      x = at%x
+      v = at%v
+      ! Far from the constraints the iteration may need more patience than inside a step.
+      patient = method
+      patient%max_iterations = max(100, method%max_iterations)
+      call projector%init(model, patient)
+      call projector%position(model, at, info)
+      report%phi_given = projector%phi_raw
+      report%phi_left = projector%residual
+      report%iterations = projector%iterations
+      if (info == rhs_ok) call projector%linearize(model, at, info, 0.0_wp)
+      if (info /= rhs_ok) then
+         call raise(error, here, projector%explain(), 'start closer to the constraints, or correct them')
+         return
+      end if
+      report%rank = projector%onto%rank
+      report%freedoms = model%n - report%rank
+      call projector%velocity(model, at)
+      report%phidot_given = projector%phidot_raw
+      call projector%velocity_violation(model, at)
+      if (projector%phidot_raw > 1.0e-8_wp*max(1.0_wp, report%phidot_given) .and. .not. method%accept_inconsistent) then
+         call raise(error, here, 'the velocity constraints are inconsistent: a violation of '//to_text(projector%phidot_raw)// &
+                    ' is left', 'correct the constraints or their rates')
+         return
+      end if
+      report%moved_x = maxval(abs(at%x - x))
+      report%moved_v = maxval(abs(at%v - v))
+   end subroutine consistent_start
+
+end module taut_constrained_projection

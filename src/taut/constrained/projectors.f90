@@ -1,0 +1,84 @@
+!> The projectors of Eqs (12) as full matrices: a diagnostic, not a part of the method.
+module taut_constrained_projectors
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_constrained_method, only: method_t
+   use taut_constrained_projection, only: projector_t, solver_code
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_weighted_projection, only: weighted_projection_t
+   implicit none (type, external)
+   private
+   public :: projectors
+
+contains
+
+   !> P_v = W^-1 A^T S_W^+ A, p_v = W^-1 A^T S_W^+ b', P_a = M^-1 A^T S_M^+ A and p_a = M^-1 A^T S_M^+ b'' at a state, so that
+   !! xdot = (I - P_v) v + p_v and vdot = (I - P_a) a + p_a, Eqs (12), (13).
+   subroutine projectors(model, method, at, p_v_matrix, p_v, p_a_matrix, p_a, error)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Weight and solver.
+      type(method_t), intent(in) :: method
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> P_v: (n, n).
+      real(wp), allocatable, intent(out) :: p_v_matrix(:, :)
+      !> p_v: (n).
+      real(wp), allocatable, intent(out) :: p_v(:)
+      !> P_a: (n, n).
+      real(wp), allocatable, intent(out) :: p_a_matrix(:, :)
+      !> p_a: (n).
+      real(wp), allocatable, intent(out) :: p_a(:)
+      !> A matrix that is not finite or not positive definite.
+      type(error_t), allocatable, intent(inout) :: error
+      type(projector_t) :: projector
+      type(block_diagonal_t) :: m
+      type(weighted_projection_t) :: reduced
+      real(wp), allocatable :: b(:)
+      integer :: info
+      character(*), parameter :: here = 'projectors'
+
+      call model%check_sizes(error)
+      call method%check(error)
+      if (allocated(error)) return
+      call projector%init(model, method)
+      call projector%linearize(model, at, info, 0.0_wp)
+      if (info /= 0) then
+         call raise(error, here, projector%explain(), 'see what the model says of this state')
+         return
+      end if
+      call m%init(model%mass_blocks)
+      call model%mass(at, m)
+      call m%factorize(info)
+      if (info /= 0) then
+         call raise(error, here, 'the mass matrix is not positive definite at row '//to_text(info), 'correct the masses')
+         return
+      end if
+      call reduced%init(model%c, model%n, solver_code(method%solver), method%rcond)
+      call reduced%update(projector%a, m, .false., info, 0.0_wp)
+      allocate (b(model%c))
+      call model%b_prime(at, b)
+      call apply(projector%onto, projector%a, b, p_v_matrix, p_v)
+      call model%b_second(at, b)
+      call apply(reduced, projector%a, b, p_a_matrix, p_a)
+   end subroutine projectors
+
+   !> K^-1 A^T S^+ applied to the columns of A and to b.
+   subroutine apply(onto, a, b, p_matrix, p)
+      type(weighted_projection_t), intent(inout) :: onto
+      real(wp), intent(in) :: a(:, :), b(:)
+      real(wp), allocatable, intent(out) :: p_matrix(:, :), p(:)
+      real(wp) :: multipliers(size(b))
+      integer :: j
+
+      allocate (p_matrix(size(a, 2), size(a, 2)), p(size(a, 2)), source=0.0_wp)
+      do j = 1, size(a, 2)
+         call onto%multipliers(a(:, j), multipliers)
+         call onto%correction(-multipliers, p_matrix(:, j))
+      end do
+      call onto%multipliers(b, multipliers)
+      call onto%correction(-multipliers, p)
+   end subroutine apply
+
+end module taut_constrained_projectors

@@ -1,0 +1,323 @@
+!> What a user writes: a mechanical system and its constraints.
+!!
+!!     M(x,t) vdot = f(x,v,w,t),   xdot = H(x) v,   wdot = g(x,v,w,t)                      (4), (18)
+!!     phi(x,t) = 0,   A(x,t) v = b'(x,t),   A(x,t) vdot = b''(x,v,t)                      (5), (6)
+!!
+!! with phidot = A v - b'. Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential
+!! dynamics, Comput. Mech. 47 (2011) 187-203.
+module taut_constrained_system
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   implicit none (type, external)
+   private
+   public :: state_t, mechanical_system_t
+
+   !> Where the system is: time, coordinates, velocities and what else it has.
+   type :: state_t
+      !> Time [s].
+      real(wp) :: t = 0.0_wp
+      !> Coordinates: (n_x).
+      real(wp), allocatable :: x(:)
+      !> Velocities or quasi-velocities: (n).
+      real(wp), allocatable :: v(:)
+      !> States that are not mechanics: (n_w).
+      real(wp), allocatable :: w(:)
+   end type state_t
+
+   !> A constrained mechanical system. An extension states its sizes with `define` and supplies five procedures: `mass`,
+   !! `force`, `constraint`, `jacobian` and `b_second`; all others have defaults.
+   !!
+   !! An entry that is not finite, in any of the answers, means 'not defined here': the integrator tries a smaller step.
+   type, abstract :: mechanical_system_t
+      !> Velocities, and rows of M.
+      integer :: n = 0
+      !> Coordinates.
+      integer :: n_x = 0
+      !> Constraints, and rows of A.
+      integer :: c = 0
+      !> Holonomic constraints: those that have a position level. They come first; rows of A beyond them are non-holonomic.
+      integer :: n_phi = 0
+      !> States that are not mechanics.
+      integer :: n_w = 0
+      !> Sizes of the diagonal blocks of M.
+      integer, allocatable :: mass_blocks(:)
+      !> Whether M never changes.
+      logical :: constant_mass = .true.
+   contains
+      procedure :: define
+      procedure :: check_sizes
+      procedure(matrix_of_masses), deferred :: mass
+      procedure(vector_at_state), deferred :: force
+      procedure(vector_at_state), deferred :: constraint
+      procedure(matrix_at_state), deferred :: jacobian
+      procedure(vector_at_state), deferred :: b_second
+      procedure :: b_prime => no_b_prime
+      procedure :: weight => unit_weight
+      procedure :: w_rate => no_w_rate
+      procedure :: x_rate => x_rate_is_v
+      procedure :: v_of_x_rate => v_is_x_rate
+      procedure :: displace => add_displacement
+      procedure :: normalize => leave_coordinates
+      procedure :: energy => no_energy
+      procedure :: breakpoints => no_breakpoints
+      procedure :: x_name => numbered_x
+      procedure :: v_name => numbered_v
+   end type mechanical_system_t
+
+   abstract interface
+      !> M: the mass matrix.
+      subroutine matrix_of_masses(self, at, m)
+         import :: mechanical_system_t, state_t, block_diagonal_t
+         implicit none (type, external)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> Where; x and t may be used.
+         type(state_t), intent(in) :: at
+         !> To be filled with `set_diagonal`, `set_block` or `set_dense`; symmetric positive definite.
+         type(block_diagonal_t), intent(inout) :: m
+      end subroutine matrix_of_masses
+
+      !> A vector that depends on the state: f (n) [force]; phi (n_phi) (x and t only); b' (c) (x and t only); b'' (c)
+      !! (x, v and t); g (n_w).
+      subroutine vector_at_state(self, at, value)
+         import :: mechanical_system_t, state_t, wp
+         implicit none (type, external)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> Where.
+         type(state_t), intent(in) :: at
+         !> The result.
+         real(wp), intent(out) :: value(:)
+      end subroutine vector_at_state
+
+      !> A: one row per constraint, one column per velocity; every entry is to be set.
+      subroutine matrix_at_state(self, at, a)
+         import :: mechanical_system_t, state_t, wp
+         implicit none (type, external)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> Where; x and t may be used.
+         type(state_t), intent(in) :: at
+         !> The constraint matrix: (c, n).
+         real(wp), intent(out) :: a(:, :)
+      end subroutine matrix_at_state
+   end interface
+
+contains
+
+   !> States the sizes of a system; to be called once, where the system is set up.
+   pure subroutine define(self, n, c, nonholonomic, n_x, n_w, mass_blocks, constant_mass)
+      !> The system.
+      class(mechanical_system_t), intent(inout) :: self
+      !> Number of velocities.
+      integer, intent(in) :: n
+      !> Number of constraints.
+      integer, intent(in) :: c
+      !> How many of the constraints, the last ones, have no position level. Default 0.
+      integer, intent(in), optional :: nonholonomic
+      !> Number of coordinates. Default n.
+      integer, intent(in), optional :: n_x
+      !> Number of states that are not mechanics. Default 0.
+      integer, intent(in), optional :: n_w
+      !> Sizes of the diagonal blocks of M: all 1 for a diagonal M. Default: one dense block of size n.
+      integer, intent(in), optional :: mass_blocks(:)
+      !> Whether M never changes. Default true.
+      logical, intent(in), optional :: constant_mass
+
+      self%n = n
+      self%c = c
+      self%n_phi = c
+      if (present(nonholonomic)) self%n_phi = c - nonholonomic
+      self%n_x = n
+      if (present(n_x)) self%n_x = n_x
+      self%n_w = 0
+      if (present(n_w)) self%n_w = n_w
+      self%mass_blocks = [n]
+      if (present(mass_blocks)) self%mass_blocks = mass_blocks
+      self%constant_mass = .true.
+      if (present(constant_mass)) self%constant_mass = constant_mass
+   end subroutine define
+
+   !> Whether the sizes make sense together.
+   subroutine check_sizes(self, error)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> What does not.
+      type(error_t), allocatable, intent(inout) :: error
+      character(*), parameter :: here = 'mechanical system'
+
+      if (self%n < 1) then
+         call raise(error, here, 'it has no velocities', 'call its procedure define with its sizes first')
+      else if (self%c < 0 .or. self%n_phi < 0 .or. self%n_phi > self%c) then
+         call raise(error, here, 'it has '//to_text(self%n_phi)//' holonomic constraints of '//to_text(self%c), &
+                    'give define the number of all constraints and how many of them are nonholonomic')
+      else if (self%n_x < 1 .or. self%n_w < 0) then
+         call raise(error, here, 'a number of coordinates or of other states is negative', 'correct the call of define')
+      else if (.not. allocated(self%mass_blocks)) then
+         call raise(error, here, 'the blocks of its mass matrix are not stated', 'call its procedure define')
+      else if (any(self%mass_blocks < 1) .or. sum(self%mass_blocks) /= self%n) then
+         call raise(error, here, 'the blocks of its mass matrix do not add up to '//to_text(self%n)//' rows', &
+                    'correct mass_blocks in the call of define')
+      end if
+   end subroutine check_sizes
+
+   !> b' of constraints that do not depend on time: zero.
+   subroutine no_b_prime(self, at, value)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> b': (c).
+      real(wp), intent(out) :: value(:)
+
+      value(:) = 0.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine no_b_prime
+
+   !> A weight matrix W of the user's own, for `weight = "given"`; the default is the identity.
+   subroutine unit_weight(self, at, w)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where; x and t may be used.
+      type(state_t), intent(in) :: at
+      !> To be filled; symmetric positive definite, with the blocks of M.
+      type(block_diagonal_t), intent(inout) :: w
+
+      call w%set_identity()
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine unit_weight
+
+   !> g, the rate of the states that are not mechanics; the default is zero.
+   subroutine no_w_rate(self, at, value)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> g: (n_w).
+      real(wp), intent(out) :: value(:)
+
+      value(:) = 0.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine no_w_rate
+
+   !> xdot = H(x) u; the default is H = I.
+   subroutine x_rate_is_v(self, at, u, value)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where; x and t may be used.
+      type(state_t), intent(in) :: at
+      !> Velocities: (n).
+      real(wp), intent(in) :: u(:)
+      !> xdot: (n_x).
+      real(wp), intent(out) :: value(:)
+
+      value(:) = u
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine x_rate_is_v
+
+   !> The velocities that belong to a rate of the coordinates: H(x)^+ xdot; the default is H = I.
+   subroutine v_is_x_rate(self, at, rate, u)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where; x and t may be used.
+      type(state_t), intent(in) :: at
+      !> Rate of the coordinates: (n_x).
+      real(wp), intent(in) :: rate(:)
+      !> Velocities: (n).
+      real(wp), intent(out) :: u(:)
+
+      u(:) = rate
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine v_is_x_rate
+
+   !> x := x (+) d, a small displacement along the velocities; the default is x + d.
+   subroutine add_displacement(self, d, x)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Displacement: (n).
+      real(wp), intent(in) :: d(:)
+      !> Coordinates: (n_x).
+      real(wp), intent(inout) :: x(:)
+      integer :: i
+
+      do i = 1, size(d)
+         x(i) = x(i) + d(i)
+      end do
+      associate (unused_system => self)
+      end associate
+   end subroutine add_displacement
+
+   !> Brings coordinates that are redundant by themselves, such as unit quaternions, back to their own manifold; the
+   !! default has none.
+   subroutine leave_coordinates(self, x)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Coordinates: (n_x).
+      real(wp), intent(inout) :: x(:)
+
+      associate (unused_system => self, unused_coordinates => x)
+      end associate
+   end subroutine leave_coordinates
+
+   !> Total energy; the default, 'unknown', is not a number.
+   function no_energy(self, at) result(energy)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> Energy [J].
+      real(wp) :: energy
+
+      energy = ieee_value(energy, ieee_quiet_nan)
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end function no_energy
+
+   !> Times at which a load or a drive has a kink or a jump; the default has none.
+   function no_breakpoints(self) result(times)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Times in any order [s].
+      real(wp), allocatable :: times(:)
+
+      allocate (times(0))
+      associate (unused_system => self)
+      end associate
+   end function no_breakpoints
+
+   !> Name of a coordinate in tables; the default is x1, x2, ...
+   function numbered_x(self, i) result(name)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Index of the coordinate.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = 'x'//to_text(i)
+      associate (unused_system => self)
+      end associate
+   end function numbered_x
+
+   !> Name of a velocity in tables; the default is v1, v2, ...
+   function numbered_v(self, i) result(name)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Index of the velocity.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = 'v'//to_text(i)
+      associate (unused_system => self)
+      end associate
+   end function numbered_v
+
+end module taut_constrained_system

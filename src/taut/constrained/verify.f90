@@ -1,0 +1,308 @@
+!> Checks a user's own system: A against phi, b' and b'' against both, M, H, and that everything is set.
+module taut_constrained_verify
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   implicit none (type, external)
+   private
+   public :: verify, finding_t
+
+   !> Cube root of round-off: the step of central differences, relative to the size of what is changed.
+   real(wp), parameter :: difference = 6.0e-6_wp
+
+   !> One entry that is wrong.
+   type :: finding_t
+      !> `A`, `b'`, `b''`, `M`, `phi`, `f`, `g`, `H` or `sizes`.
+      character(len=8) :: what = ''
+      !> Row and column, 0 where there is none.
+      integer :: row = 0, column = 0
+      !> What the system gives, what was expected.
+      real(wp) :: given = 0.0_wp, expected = 0.0_wp
+      !> In words.
+      character(:), allocatable :: message
+   end type finding_t
+
+contains
+
+   !> Compares the procedures of a system with each other at a state, by central differences.
+   !!
+   !! A(i, j) is compared with the derivative of phi_i along velocity j, b' with -dphi/dt, and b'' with the rate of
+   !! b' - A v at constant v along the motion. The velocities should not be zero, or b'' is not tested.
+   subroutine verify(model, at, findings, error, tolerance)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> What is wrong; empty if nothing is.
+      type(finding_t), allocatable, intent(out) :: findings(:)
+      !> Sizes that do not fit, so that nothing can be checked.
+      type(error_t), allocatable, intent(inout) :: error
+      !> Difference that is let pass, relative to the largest entry of what is compared. Default 1e-6.
+      real(wp), intent(in), optional :: tolerance
+      real(wp), allocatable :: a(:, :), a_expected(:, :), b(:), b_expected(:), phi(:), f(:), g(:)
+      type(state_t) :: here
+      real(wp) :: allowed
+      integer :: i
+
+      allocate (findings(0))
+      allowed = 1.0e-6_wp
+      if (present(tolerance)) allowed = tolerance
+      call model%check_sizes(error)
+      if (allocated(error)) return
+      here = at
+      if (.not. allocated(here%w)) allocate (here%w(0))
+      if (.not. (allocated(here%x) .and. allocated(here%v))) then
+         call raise(error, 'verify', 'coordinates or velocities are not set', 'set both')
+         return
+      end if
+      if (size(here%x) /= model%n_x .or. size(here%v) /= model%n .or. size(here%w) /= model%n_w) then
+         call raise(error, 'verify', 'the state has not the sizes of the system', 'give '//to_text(model%n_x)//' coordinates, '// &
+                    to_text(model%n)//' velocities and '//to_text(model%n_w)//' other states')
+         return
+      end if
+
+      allocate (a(model%c, model%n), a_expected(model%c, model%n), b(model%c), b_expected(model%c), &
+                phi(model%n_phi), f(model%n), g(model%n_w), source=unset())
+      call check_mass(model, here, allowed, findings)
+      call model%force(here, f)
+      call check_set('f', f, findings)
+      call model%w_rate(here, g)
+      call check_set('g', g, findings)
+      call check_rates(model, here, allowed, findings)
+      call model%constraint(here, phi)
+      call check_set('phi', phi, findings)
+      call model%jacobian(here, a)
+      do i = 1, model%n
+         call check_set('A', a(:, i), findings, i)
+      end do
+      call model%b_prime(here, b)
+      call check_set("b'", b, findings)
+      call differentiate_phi(model, here, a_expected, b_expected)
+      do i = 1, model%n_phi
+         call compare("b'", i, 0, b(i), b_expected(i), scale_of(b_expected, a, here%v), allowed, findings)
+      end do
+      do i = 1, model%n
+         call compare_column(i, a(1:model%n_phi, i), a_expected(1:model%n_phi, i), a_expected(1:model%n_phi, :), allowed, findings)
+      end do
+      call differentiate_rate(model, here, b_expected)
+      call model%b_second(here, b)
+      call check_set("b''", b, findings)
+      do i = 1, model%c
+         ! The derivative is taken of A v - b', so that its error grows with these.
+         call compare("b''", i, 0, b(i), b_expected(i), max(maxval(abs(b_expected)), scale_of(b_expected, a, here%v)), &
+                      10.0_wp*allowed, findings)
+      end do
+   end subroutine verify
+
+   !> A value that no procedure leaves behind by intention.
+   function unset()
+      real(wp) :: unset
+
+      unset = ieee_value(unset, ieee_quiet_nan)
+   end function unset
+
+   !> Size of the violation's terms.
+   pure function scale_of(b, a, v) result(scale)
+      real(wp), intent(in) :: b(:), a(:, :), v(:)
+      real(wp) :: scale
+      integer :: i, j
+
+      scale = tiny(1.0_wp)
+      do i = 1, size(b)
+         if (abs(b(i)) <= huge(scale)) scale = max(scale, abs(b(i)))
+         do j = 1, size(v)
+            if (abs(a(i, j)) <= huge(scale)) scale = max(scale, abs(a(i, j)*v(j)))
+         end do
+      end do
+   end function scale_of
+
+   !> Adds a finding.
+   subroutine note(what, row, column, given, expected, message, findings)
+      character(*), intent(in) :: what, message
+      integer, intent(in) :: row, column
+      real(wp), intent(in) :: given, expected
+      type(finding_t), allocatable, intent(inout) :: findings(:)
+      type(finding_t) :: finding
+
+      finding%what = what
+      finding%row = row
+      finding%column = column
+      finding%given = given
+      finding%expected = expected
+      finding%message = message
+      findings = [findings, finding]
+   end subroutine note
+
+   !> Name of an entry, such as A(2, 3).
+   pure function entry_name(what, row, column) result(name)
+      character(*), intent(in) :: what
+      integer, intent(in) :: row, column
+      character(:), allocatable :: name
+
+      name = what//'('//to_text(row)
+      if (column > 0) name = name//', '//to_text(column)
+      name = name//')'
+   end function entry_name
+
+   !> Entries that were never set, or are not finite.
+   subroutine check_set(what, values, findings, column)
+      character(*), intent(in) :: what
+      real(wp), intent(in) :: values(:)
+      type(finding_t), allocatable, intent(inout) :: findings(:)
+      integer, intent(in), optional :: column
+      integer :: i, j
+
+      j = 0
+      if (present(column)) j = column
+      do i = 1, size(values)
+         if (.not. ieee_is_finite(values(i))) &
+            call note(what, i, j, values(i), 0.0_wp, entry_name(what, i, j)//' is not set or not finite', findings)
+      end do
+   end subroutine check_set
+
+   !> One entry against its expected value.
+   subroutine compare(what, row, column, given, expected, scale, allowed, findings)
+      character(*), intent(in) :: what
+      integer, intent(in) :: row, column
+      real(wp), intent(in) :: given, expected, scale, allowed
+      type(finding_t), allocatable, intent(inout) :: findings(:)
+
+      if (.not. (ieee_is_finite(given) .and. ieee_is_finite(expected))) return
+      if (abs(given - expected) <= allowed*max(scale, 1.0e-8_wp)) return
+      call note(what, row, column, given, expected, entry_name(what, row, column)//' is '//to_text(given)// &
+                ' and should be '//to_text(expected)//': off by '//to_text(given - expected), findings)
+   end subroutine compare
+
+   !> A column of A; an entry is small or not by its row.
+   subroutine compare_column(column, given, expected, rows, allowed, findings)
+      integer, intent(in) :: column
+      real(wp), intent(in) :: given(:), expected(:), rows(:, :), allowed
+      type(finding_t), allocatable, intent(inout) :: findings(:)
+      integer :: i
+
+      do i = 1, size(given)
+         call compare('A', i, column, given(i), expected(i), maxval(abs(rows(i, :))), allowed, findings)
+      end do
+   end subroutine compare_column
+
+   !> M symmetric, positive definite and set.
+   subroutine check_mass(model, at, allowed, findings)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      real(wp), intent(in) :: allowed
+      type(finding_t), allocatable, intent(inout) :: findings(:)
+      type(block_diagonal_t) :: m
+      real(wp) :: k(model%n, model%n)
+      integer :: i, info, j
+
+      call m%init(model%mass_blocks)
+      m%values(:) = unset()
+      call model%mass(at, m)
+      k = m%dense()
+      do j = 1, model%n
+         call check_set('M', k(:, j), findings, j)
+      end do
+      if (.not. all(ieee_is_finite(k))) return
+      do j = 1, model%n
+         do i = j + 1, model%n
+            call compare('M', i, j, k(i, j), k(j, i), maxval(abs(k)), allowed, findings)
+         end do
+      end do
+      call m%factorize(info)
+      if (info /= 0) call note('M', info, info, k(info, info), 0.0_wp, &
+                               'M is not positive definite: row '//to_text(info), findings)
+   end subroutine check_mass
+
+   !> H(x) v, its inverse, and x (+) d against each other.
+   subroutine check_rates(model, at, allowed, findings)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      real(wp), intent(in) :: allowed
+      type(finding_t), allocatable, intent(inout) :: findings(:)
+      real(wp) :: rate(model%n_x), back(model%n), x_plus(model%n_x), x_minus(model%n_x), d
+      integer :: i
+
+      rate = unset()
+      back = unset()
+      call model%x_rate(at, at%v, rate)
+      call check_set('H', rate, findings)
+      if (.not. all(ieee_is_finite(rate))) return
+      call model%v_of_x_rate(at, rate, back)
+      do i = 1, model%n
+         call compare('H^+', i, 0, back(i), at%v(i), maxval(abs(at%v)), allowed, findings)
+      end do
+      d = difference/max(1.0_wp, maxval(abs(at%v)))
+      x_plus = at%x
+      x_minus = at%x
+      call model%displace(d*at%v, x_plus)
+      call model%displace(-d*at%v, x_minus)
+      do i = 1, model%n_x
+         call compare('H', i, 0, rate(i), (x_plus(i) - x_minus(i))/(2.0_wp*d), maxval(abs(rate)), 100.0_wp*allowed, findings)
+      end do
+   end subroutine check_rates
+
+   !> dphi/dx H and -dphi/dt by central differences.
+   subroutine differentiate_phi(model, at, a, b)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: a(:, :), b(:)
+      type(state_t) :: near
+      real(wp) :: d(model%n), plus(model%n_phi), minus(model%n_phi), step
+      integer :: j
+
+      a = 0.0_wp
+      b = 0.0_wp
+      step = difference*max(1.0_wp, maxval(abs(at%x)))
+      do j = 1, model%n
+         d = 0.0_wp
+         d(j) = step
+         near = at
+         call model%displace(d, near%x)
+         call model%constraint(near, plus)
+         near%x = at%x
+         call model%displace(-d, near%x)
+         call model%constraint(near, minus)
+         a(1:model%n_phi, j) = (plus - minus)/(2.0_wp*step)
+      end do
+      near = at
+      step = difference*max(1.0_wp, abs(at%t))
+      near%t = at%t + step
+      call model%constraint(near, plus)
+      near%t = at%t - step
+      call model%constraint(near, minus)
+      b(1:model%n_phi) = -(plus - minus)/(2.0_wp*step)
+   end subroutine differentiate_phi
+
+   !> The rate of b' - A v at constant v, along x (+) v dt and t + dt, by central differences.
+   subroutine differentiate_rate(model, at, b)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: b(:)
+      real(wp) :: plus(model%c), minus(model%c), step
+
+      step = difference*max(1.0_wp, abs(at%t), maxval(abs(at%x))/max(tiny(1.0_wp), maxval(abs(at%v)), maxval(abs(at%x))))
+      call rate_of_violation(step, plus)
+      call rate_of_violation(-step, minus)
+      b = -(plus - minus)/(2.0_wp*step)
+
+   contains
+
+      subroutine rate_of_violation(dt, rate)
+         real(wp), intent(in) :: dt
+         real(wp), intent(out) :: rate(:)
+         type(state_t) :: near
+         real(wp) :: a(model%c, model%n), b_prime(model%c)
+
+         near = at
+         near%t = at%t + dt
+         call model%displace(dt*at%v, near%x)
+         call model%jacobian(near, a)
+         call model%b_prime(near, b_prime)
+         rate = matmul(a, at%v) - b_prime
+      end subroutine rate_of_violation
+
+   end subroutine differentiate_rate
+
+end module taut_constrained_verify

@@ -1,0 +1,89 @@
+!> Errors as values: an allocated `error_t` means that something failed. The library never stops a program.
+module taut_error
+   implicit none (type, external)
+   private
+   public :: error_t, raise, to_text
+
+   !> What went wrong, where, and what to do about it.
+   type :: error_t
+      !> The file, group or procedure concerned.
+      character(:), allocatable :: where
+      !> What is wrong, with the names and numbers that show it.
+      character(:), allocatable :: what
+      !> What the user can do.
+      character(:), allocatable :: remedy
+   contains
+      procedure :: line => error_line
+   end type error_t
+
+   !> A number as short text for messages.
+   interface to_text
+      module procedure integer_to_text, real_to_text
+   end interface to_text
+
+contains
+
+   !> Allocates `error` with its three parts. An earlier error is kept: the first cause is the one to report.
+   subroutine raise(error, where, what, remedy)
+      !> The error to set.
+      type(error_t), allocatable, intent(inout) :: error
+      !> The file, group or procedure concerned.
+      character(*), intent(in) :: where
+      !> What is wrong.
+      character(*), intent(in) :: what
+      !> What to do about it.
+      character(*), intent(in), optional :: remedy
+
+      if (allocated(error)) return
+      allocate (error)
+      error%where = where
+      error%what = what
+      error%remedy = ''
+      if (present(remedy)) error%remedy = remedy
+   end subroutine raise
+
+   !> The error in one line: `where: what; remedy`.
+   pure function error_line(self) result(line)
+      !> The error.
+      class(error_t), intent(in) :: self
+      !> Text without a line break.
+      character(:), allocatable :: line
+
+      line = self%where//': '//self%what
+      if (len(self%remedy) > 0) line = line//'; '//self%remedy
+   end function error_line
+
+   !> An integer without blanks.
+   pure function integer_to_text(value) result(text)
+      !> The number.
+      integer, intent(in) :: value
+      !> Its decimal digits.
+      character(:), allocatable :: text
+      character(len=16) :: buffer
+
+      write (buffer, '(i0)') value
+      text = trim(buffer)
+   end function integer_to_text
+
+   !> A real number with four significant digits.
+   pure function real_to_text(value) result(text)
+      use taut_kinds, only: wp
+      !> The number.
+      real(wp), intent(in) :: value
+      !> Its text, such as 0.01234 or 1.234E-012.
+      character(:), allocatable :: text
+      character(len=16) :: buffer
+
+      if (abs(value) >= 1.0e-2_wp .and. abs(value) < 1.0e4_wp) then
+         write (buffer, '(f0.4)') value
+         if (buffer(1:1) == '.') buffer = '0'//buffer
+         if (buffer(1:2) == '-.') buffer = '-0'//buffer(2:)
+      else if (abs(value) <= 0.0_wp) then
+         buffer = '0'
+      else
+         write (buffer, '(es11.3e3)') value
+      end if
+      text = trim(adjustl(buffer))
+   end function real_to_text
+
+end module taut_error

@@ -1,0 +1,268 @@
+!> Symmetric positive definite matrices made of blocks on the diagonal: mass matrices and weights.
+!!
+!! A diagonal matrix is one whose blocks have size one, a dense matrix is one block; so one type serves all.
+module taut_linalg_block_diagonal
+   use taut_kinds, only: wp
+   use taut_linalg_lapack, only: dpotrf, dpotrs, dtrtrs
+   implicit none (type, external)
+   private
+   public :: block_diagonal_t
+
+   !> A block-diagonal matrix and its Cholesky factor, block by block: K = L L^T.
+   type :: block_diagonal_t
+      !> Order of the matrix.
+      integer :: n = 0
+      !> Whether every block has size one.
+      logical :: diagonal = .true.
+      !> First row of each block, and n + 1 at the end: (blocks + 1).
+      integer, allocatable :: first(:)
+      !> Blocks one after the other, each in column order.
+      real(wp), allocatable :: values(:)
+      !> Cholesky factors, laid out like `values`; where all blocks have size one, the reciprocals 1/K_ii.
+      real(wp), allocatable, private :: factor(:)
+      !> Offset of each block in `values`: (blocks + 1).
+      integer, allocatable, private :: offset(:)
+   contains
+      procedure :: init
+      procedure :: set_identity
+      procedure :: set_diagonal
+      procedure :: set_block
+      procedure :: set_dense
+      procedure :: dense
+      procedure :: factorize
+      procedure :: solve
+      procedure :: solve_lower
+      procedure :: solve_lower_transposed
+      procedure :: multiply
+   end type block_diagonal_t
+
+contains
+
+   !> Lays out the matrix, with all entries zero.
+   subroutine init(self, sizes)
+      !> The matrix.
+      class(block_diagonal_t), intent(out) :: self
+      !> Size of each block; their sum is the order of the matrix.
+      integer, intent(in) :: sizes(:)
+      integer :: i
+
+      self%n = sum(sizes)
+      self%diagonal = all(sizes == 1)
+      allocate (self%first(size(sizes) + 1), self%offset(size(sizes) + 1))
+      self%first(1) = 1
+      self%offset(1) = 0
+      do i = 1, size(sizes)
+         self%first(i + 1) = self%first(i) + sizes(i)
+         self%offset(i + 1) = self%offset(i) + sizes(i)**2
+      end do
+      allocate (self%values(self%offset(size(sizes) + 1)), source=0.0_wp)
+      allocate (self%factor(size(self%values)), source=0.0_wp)
+   end subroutine init
+
+   !> Makes the matrix the identity, whatever the sizes of its blocks.
+   pure subroutine set_identity(self)
+      !> The matrix.
+      class(block_diagonal_t), intent(inout) :: self
+      integer :: b, i, s
+
+      self%values(:) = 0.0_wp
+      do b = 1, size(self%first) - 1
+         s = self%first(b + 1) - self%first(b)
+         do i = 1, s
+            self%values(self%offset(b) + (i - 1)*s + i) = 1.0_wp
+         end do
+      end do
+   end subroutine set_identity
+
+   !> Makes the matrix diagonal, whatever the sizes of its blocks.
+   pure subroutine set_diagonal(self, d)
+      !> The matrix.
+      class(block_diagonal_t), intent(inout) :: self
+      !> Its diagonal: (n).
+      real(wp), intent(in) :: d(:)
+      integer :: b, i, s
+
+      if (self%diagonal) then
+         self%values(:) = d
+         return
+      end if
+      self%values(:) = 0.0_wp
+      do b = 1, size(self%first) - 1
+         s = self%first(b + 1) - self%first(b)
+         do i = 1, s
+            self%values(self%offset(b) + (i - 1)*s + i) = d(self%first(b) + i - 1)
+         end do
+      end do
+   end subroutine set_diagonal
+
+   !> Sets one block.
+   pure subroutine set_block(self, b, values)
+      !> The matrix.
+      class(block_diagonal_t), intent(inout) :: self
+      !> Index of the block.
+      integer, intent(in) :: b
+      !> The block: (s, s), s the size of the block; symmetric.
+      real(wp), intent(in) :: values(:, :)
+      integer :: j, s
+
+      s = self%first(b + 1) - self%first(b)
+      do j = 1, s
+         self%values(self%offset(b) + (j - 1)*s + 1:self%offset(b) + j*s) = values(1:s, j)
+      end do
+   end subroutine set_block
+
+   !> Sets a matrix that is one block.
+   pure subroutine set_dense(self, values)
+      !> The matrix.
+      class(block_diagonal_t), intent(inout) :: self
+      !> All its entries: (n, n); symmetric.
+      real(wp), intent(in) :: values(:, :)
+
+      call self%set_block(1, values)
+   end subroutine set_dense
+
+   !> The matrix with all its zeros.
+   pure function dense(self) result(k)
+      !> The matrix.
+      class(block_diagonal_t), intent(in) :: self
+      !> All entries: (n, n).
+      real(wp) :: k(self%n, self%n)
+      integer :: b, f, l, s
+
+      k = 0.0_wp
+      do b = 1, size(self%first) - 1
+         f = self%first(b)
+         l = self%first(b + 1) - 1
+         s = l - f + 1
+         k(f:l, f:l) = reshape(self%values(self%offset(b) + 1:self%offset(b + 1)), [s, s])
+      end do
+   end function dense
+
+   !> Factorizes every block.
+   subroutine factorize(self, info)
+      !> The matrix.
+      class(block_diagonal_t), intent(inout) :: self
+      !> 0, or the row at which the matrix was found not to be positive definite.
+      integer, intent(out) :: info
+      integer :: b, i, s
+
+      info = 0
+      if (self%diagonal) then
+         do i = 1, self%n
+            if (.not. self%values(i) > 0.0_wp) then
+               info = i
+               return
+            end if
+            self%factor(i) = 1.0_wp/self%values(i)
+         end do
+         return
+      end if
+      self%factor(:) = self%values
+      do b = 1, size(self%first) - 1
+         s = self%first(b + 1) - self%first(b)
+         call dpotrf('L', s, self%factor(self%offset(b) + 1), s, info)
+         if (info /= 0) then
+            info = self%first(b) + abs(info) - 1
+            return
+         end if
+      end do
+   end subroutine factorize
+
+   !> B := K^-1 B, after `factorize`.
+   subroutine solve(self, m, b)
+      !> The factorized matrix.
+      class(block_diagonal_t), intent(in) :: self
+      !> Number of columns.
+      integer, intent(in) :: m
+      !> Right-hand sides, replaced by the solutions: (n, m).
+      real(wp), intent(inout) :: b(self%n, m)
+      integer :: i, info, j, s
+
+      if (self%diagonal) then
+         do j = 1, m
+            do i = 1, self%n
+               b(i, j) = self%factor(i)*b(i, j)
+            end do
+         end do
+         return
+      end if
+      do i = 1, size(self%first) - 1
+         s = self%first(i + 1) - self%first(i)
+         call dpotrs('L', s, m, self%factor(self%offset(i) + 1), s, b(self%first(i), 1), self%n, info)
+      end do
+   end subroutine solve
+
+   !> B := L^-1 B, where K = L L^T, after `factorize`.
+   subroutine solve_lower(self, m, b)
+      !> The factorized matrix.
+      class(block_diagonal_t), intent(in) :: self
+      !> Number of columns.
+      integer, intent(in) :: m
+      !> Right-hand sides, replaced by the solutions: (n, m).
+      real(wp), intent(inout) :: b(self%n, m)
+
+      call solve_triangular(self, 'N', m, b)
+   end subroutine solve_lower
+
+   !> B := L^-T B, where K = L L^T, after `factorize`.
+   subroutine solve_lower_transposed(self, m, b)
+      !> The factorized matrix.
+      class(block_diagonal_t), intent(in) :: self
+      !> Number of columns.
+      integer, intent(in) :: m
+      !> Right-hand sides, replaced by the solutions: (n, m).
+      real(wp), intent(inout) :: b(self%n, m)
+
+      call solve_triangular(self, 'T', m, b)
+   end subroutine solve_lower_transposed
+
+   subroutine solve_triangular(self, trans, m, b)
+      class(block_diagonal_t), intent(in) :: self
+      character, intent(in) :: trans
+      integer, intent(in) :: m
+      real(wp), intent(inout) :: b(self%n, m)
+      integer :: i, info, j, s
+
+      if (self%diagonal) then
+         do j = 1, m
+            do i = 1, self%n
+               b(i, j) = sqrt(self%factor(i))*b(i, j)
+            end do
+         end do
+         return
+      end if
+      do i = 1, size(self%first) - 1
+         s = self%first(i + 1) - self%first(i)
+         call dtrtrs('L', trans, 'N', s, m, self%factor(self%offset(i) + 1), s, b(self%first(i), 1), self%n, info)
+      end do
+   end subroutine solve_triangular
+
+   !> y := K x.
+   pure subroutine multiply(self, x, y)
+      !> The matrix.
+      class(block_diagonal_t), intent(in) :: self
+      !> A vector: (n).
+      real(wp), intent(in) :: x(:)
+      !> Its product with the matrix: (n).
+      real(wp), intent(out) :: y(:)
+      integer :: b, f, i, j, s
+
+      if (self%diagonal) then
+         do i = 1, self%n
+            y(i) = self%values(i)*x(i)
+         end do
+         return
+      end if
+      do b = 1, size(self%first) - 1
+         f = self%first(b) - 1
+         s = self%first(b + 1) - self%first(b)
+         y(f + 1:f + s) = 0.0_wp
+         do j = 1, s
+            do i = 1, s
+               y(f + i) = y(f + i) + self%values(self%offset(b) + (j - 1)*s + i)*x(f + j)
+            end do
+         end do
+      end do
+   end subroutine multiply
+
+end module taut_linalg_block_diagonal

@@ -1,0 +1,79 @@
+!> Explicit interfaces of the LAPACK and BLAS routines that taut calls, in one place.
+!!
+!! Reference: Anderson et al., LAPACK Users' Guide, 3rd ed., SIAM 1999. Argument meanings are those of LAPACK's own
+!! documentation.
+module taut_linalg_lapack
+   use taut_kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: dpotrf, dpotrs, dpocon, dgelsd, dgemm, dtrtrs
+
+   interface
+      !> Cholesky factorization of a symmetric positive definite matrix.
+      subroutine dpotrf(uplo, n, a, lda, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: info
+      end subroutine dpotrf
+
+      !> Solves A X = B with the factor of `dpotrf`.
+      subroutine dpotrs(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dpotrs
+
+      !> Estimates the reciprocal condition number from the factor of `dpotrf`.
+      subroutine dpocon(uplo, n, a, lda, anorm, rcond, work, iwork, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(wp), intent(in) :: a(lda, *), anorm
+         real(wp), intent(out) :: rcond
+         real(wp), intent(inout) :: work(*)
+         integer, intent(inout) :: iwork(*)
+         integer, intent(out) :: info
+      end subroutine dpocon
+
+      !> Minimum-norm least-squares solution by the singular value decomposition. LDB must reach max(m, n).
+      subroutine dgelsd(m, n, nrhs, a, lda, b, ldb, s, rcond, rank, work, lwork, iwork, info)
+         import :: wp
+         implicit none (type, external)
+         integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *), s(*), work(*)
+         real(wp), intent(in) :: rcond
+         integer, intent(out) :: rank, info
+         integer, intent(inout) :: iwork(*)
+      end subroutine dgelsd
+
+      !> C := alpha op(A) op(B) + beta C.
+      subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: transa, transb
+         integer, intent(in) :: m, n, k, lda, ldb, ldc
+         real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+         real(wp), intent(inout) :: c(ldc, *)
+      end subroutine dgemm
+
+      !> Solves op(A) X = B with A triangular.
+      subroutine dtrtrs(uplo, trans, diag, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: uplo, trans, diag
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dtrtrs
+   end interface
+
+end module taut_linalg_lapack

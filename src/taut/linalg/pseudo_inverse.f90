@@ -1,0 +1,316 @@
+!> Moore-Penrose pseudo-inverses, and the minimum-norm solution of S x = r for S symmetric positive semi-definite.
+!!
+!! The decision on the rank is taken on matrices scaled to unit rows (unit diagonal for S), so that it does not depend on
+!! the units of the constraints or of the masses; the solution is that of the matrix as given.
+module taut_linalg_pseudo_inverse
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use taut_kinds, only: wp
+   use taut_linalg_lapack, only: dpotrf, dpotrs, dpocon, dgelsd
+   implicit none (type, external)
+   private
+   public :: pseudo_inverse_t, singular_value_inverse_t, effective_rank
+   public :: path_none, path_cholesky, path_singular_values, path_name
+
+   !> How the last matrix was treated.
+   integer, parameter :: path_none = 0, path_cholesky = 1, path_singular_values = 2
+
+   !> Matrices whose reciprocal condition number reaches this are safely of full rank: no singular value can be
+   !! mistaken for one that round-off or a slightly violated constraint has made out of a zero.
+   real(wp), parameter :: safe_rcond = 1.0e-8_wp
+   !> Ratio of neighboring singular values that tells 'small' from 'nothing but noise' below `safe_rcond`.
+   real(wp), parameter :: gap = 1.0e3_wp
+   !> The noise that is let through must stay below this part of what it is compared with.
+   real(wp), parameter :: noise_factor = 10.0_wp
+
+   !> Pseudo-inverse of any matrix by DGELSD, and its workspace.
+   type :: singular_value_inverse_t
+      !> The pseudo-inverse of the last matrix: (n, m).
+      real(wp), allocatable :: inverse(:, :)
+      !> Rank of the last matrix.
+      integer :: rank = 0
+      !> Ratio of the largest to the smallest singular value that counts.
+      real(wp) :: condition = 1.0_wp
+      integer, private :: m = 0, n = 0
+      real(wp), allocatable, private :: a(:, :), b(:, :), s(:), work(:)
+      integer, allocatable, private :: iwork(:)
+   contains
+      procedure :: init => singular_value_init
+      procedure :: compute => singular_value_compute
+   end type singular_value_inverse_t
+
+   !> Minimum-norm solution of S x = r, S symmetric positive semi-definite of any rank.
+   !!
+   !! `compute` factorizes, `solve` applies. Cholesky where S is safely of full rank, DGELSD otherwise.
+   type :: pseudo_inverse_t
+      !> Singular values below `rcond` times the largest one (of S scaled to unit diagonal) count as zero. S = A M^-1 A^T
+      !! is formed with an error of some n units of round-off, so that nothing below 1e-12 carries information for n up to
+      !! thousands; 1e-12 on S is 1e-6 on A M^-1/2.
+      real(wp) :: rcond = 1.0e-12_wp
+      !> Whether the Cholesky path is left out.
+      logical :: always_singular_values = .false.
+      !> Rank of the last matrix.
+      integer :: rank = 0
+      !> Estimate of the condition number of the last matrix (scaled to unit diagonal), zeros left out.
+      real(wp) :: condition = 1.0_wp
+      !> How the last matrix was treated: one of the `path_` constants.
+      integer :: path = path_none
+      integer, private :: n = 0
+      real(wp), allocatable, private :: scale(:), factor(:, :), work(:)
+      integer, allocatable, private :: iwork(:)
+      type(singular_value_inverse_t), private :: general
+   contains
+      procedure :: init
+      procedure :: compute
+      procedure :: solve
+   end type pseudo_inverse_t
+
+contains
+
+   !> Allocates the workspace; nothing is allocated afterwards.
+   subroutine init(self, n)
+      !> The solver.
+      class(pseudo_inverse_t), intent(inout) :: self
+      !> Order of S.
+      integer, intent(in) :: n
+
+      self%n = n
+      if (allocated(self%scale)) deallocate (self%scale, self%factor, self%work, self%iwork)
+      allocate (self%scale(n), self%factor(n, n), self%work(3*n), source=0.0_wp)
+      allocate (self%iwork(n), source=0)
+      call self%general%init(n, n)
+   end subroutine init
+
+   !> Prepares the solution with one matrix.
+   subroutine compute(self, s, info, noise)
+      !> The solver.
+      class(pseudo_inverse_t), intent(inout) :: self
+      !> Symmetric positive semi-definite: (n, n), the lower triangle is read and, if the singular values are needed, all
+      !! of it.
+      real(wp), intent(in) :: s(:, :)
+      !> 0; 1 if S has entries that are not finite; 2 if the singular values were not found.
+      integer, intent(out) :: info
+      !> Relative error of the rows of A, where S = A M^-1 A^T, for want of a state that meets the constraints:
+      !! singular values of S up to its square can be made of nothing else. Default 0.
+      real(wp), intent(in), optional :: noise
+      integer :: i, j, n, stat
+      real(wp) :: anorm, column, doubtful, rcond
+
+      n = self%n
+      info = 0
+      if (n == 0) then
+         self%rank = 0
+         return
+      end if
+      if (n == 1) then
+         ! Cholesky's factorization of one number.
+         if (.not. ieee_is_finite(s(1, 1))) then
+            info = 1
+            return
+         end if
+         self%path = path_cholesky
+         self%condition = 1.0_wp
+         self%rank = merge(1, 0, s(1, 1) > tiny(1.0_wp))
+         self%factor(1, 1) = 0.0_wp
+         if (self%rank == 1) self%factor(1, 1) = 1.0_wp/s(1, 1)
+         return
+      end if
+
+      doubtful = safe_rcond
+      if (present(noise)) doubtful = max(doubtful, min(1.0_wp, (noise_factor*noise)**2))
+      do i = 1, n
+         if (.not. all(ieee_is_finite(s(i:n, i)))) then
+            info = 1
+            return
+         end if
+         self%scale(i) = 1.0_wp
+         if (s(i, i) > tiny(1.0_wp)) self%scale(i) = 1.0_wp/sqrt(s(i, i))
+      end do
+      self%path = path_singular_values
+      if (.not. self%always_singular_values) then
+         do j = 1, n
+            do i = j, n
+               self%factor(i, j) = self%scale(i)*s(i, j)*self%scale(j)
+            end do
+         end do
+         anorm = 0.0_wp
+         do j = 1, n
+            column = sum(abs(self%factor(j, 1:j))) + sum(abs(self%factor(j + 1:n, j)))
+            anorm = max(anorm, column)
+         end do
+         call dpotrf('L', n, self%factor, n, stat)
+         if (stat == 0) then
+            call dpocon('L', n, self%factor, n, anorm, rcond, self%work, self%iwork, stat)
+            if (stat == 0 .and. rcond >= doubtful) then
+               self%path = path_cholesky
+               self%rank = n
+               self%condition = 1.0_wp/rcond
+               return
+            end if
+         end if
+      end if
+      call self%general%compute(s, self%scale, self%scale, self%rcond, doubtful, stat)
+      if (stat /= 0) info = 2
+      self%rank = self%general%rank
+      self%condition = self%general%condition
+   end subroutine compute
+
+   !> x = S^+ r, after `compute`.
+   subroutine solve(self, r, x)
+      !> The prepared solver.
+      class(pseudo_inverse_t), intent(in) :: self
+      !> Right-hand side: (n).
+      real(wp), intent(in) :: r(:)
+      !> Minimum-norm (least-squares) solution: (n).
+      real(wp), intent(out) :: x(:)
+      integer :: i, j, stat
+
+      if (self%n == 1) then
+         x(1) = self%factor(1, 1)*r(1)
+      else if (self%path == path_cholesky) then
+         do i = 1, self%n
+            x(i) = self%scale(i)*r(i)
+         end do
+         call dpotrs('L', self%n, 1, self%factor, self%n, x, self%n, stat)
+         do i = 1, self%n
+            x(i) = self%scale(i)*x(i)
+         end do
+      else
+         x(1:self%n) = 0.0_wp
+         do j = 1, self%n
+            do i = 1, self%n
+               x(i) = x(i) + self%general%inverse(i, j)*r(j)
+            end do
+         end do
+      end if
+   end subroutine solve
+
+   !> Allocates the workspace for matrices of m rows and n columns.
+   subroutine singular_value_init(self, m, n)
+      !> The solver.
+      class(singular_value_inverse_t), intent(inout) :: self
+      !> Rows and columns.
+      integer, intent(in) :: m, n
+      integer :: info, rank, query_iwork(1)
+      real(wp) :: query_work(1)
+
+      self%m = m
+      self%n = n
+      if (allocated(self%a)) deallocate (self%a, self%b, self%s, self%work, self%iwork, self%inverse)
+      ! DGELSD wants as many rows of B as the larger side, also for wide matrices.
+      allocate (self%a(m, n), self%b(max(m, n), m), self%s(min(m, n)), self%inverse(n, m), source=0.0_wp)
+      query_work = 0.0_wp
+      query_iwork = 0
+      if (min(m, n) > 0) call dgelsd(m, n, m, self%a, m, self%b, max(m, n), self%s, 0.0_wp, rank, &
+                                     query_work, -1, query_iwork, info)
+      allocate (self%work(max(1, int(query_work(1)))), source=0.0_wp)
+      allocate (self%iwork(max(1, query_iwork(1))), source=0)
+   end subroutine singular_value_init
+
+   !> The pseudo-inverse of one matrix, its rank judged on diag(left) A diag(right).
+   subroutine singular_value_compute(self, a, left, right, rcond, doubtful, info)
+      !> The solver; the result is in `inverse`, `rank` and `condition`.
+      class(singular_value_inverse_t), intent(inout) :: self
+      !> The matrix: (m, n).
+      real(wp), intent(in) :: a(:, :)
+      !> Factors of the rows, for the decision on the rank: (m).
+      real(wp), intent(in) :: left(:)
+      !> Factors of the columns: (n).
+      real(wp), intent(in) :: right(:)
+      !> Singular values below this, relative to the largest, are zero.
+      real(wp), intent(in) :: rcond
+      !> Below this, relative to the largest, a gap tells which are zero.
+      real(wp), intent(in) :: doubtful
+      !> 0, or LAPACK's code.
+      integer, intent(out) :: info
+      integer :: j, rank
+      real(wp) :: cut
+
+      self%rank = 0
+      self%condition = 1.0_wp
+      self%inverse(:, :) = 0.0_wp
+      info = 0
+      if (min(self%m, self%n) == 0) return
+      do j = 1, self%n
+         self%a(:, j) = left(1:self%m)*a(1:self%m, j)*right(j)
+      end do
+      call decompose(self, rcond, rank, info)
+      if (info /= 0) return
+      self%rank = effective_rank(self%s, rcond, doubtful)
+      if (self%rank == 0) return
+      self%condition = self%s(1)/self%s(self%rank)
+
+      cut = rcond
+      do j = 1, 2
+         self%a(:, :) = a(1:self%m, 1:self%n)
+         call decompose(self, cut, rank, info)
+         if (info /= 0) return
+         if (rank == self%rank) exit
+         ! The same number of singular values of the matrix as it is: cut between its neighbors.
+         cut = 0.5_wp*self%s(self%rank)/self%s(1)
+         if (self%rank < size(self%s)) &
+            cut = sqrt(self%s(self%rank)*max(self%s(self%rank + 1), epsilon(1.0_wp)**2*self%s(1)))/self%s(1)
+      end do
+      self%inverse(:, :) = self%b(1:self%n, :)
+   end subroutine singular_value_compute
+
+   !> One call of DGELSD with the identity on the right-hand side.
+   subroutine decompose(self, rcond, rank, info)
+      type(singular_value_inverse_t), intent(inout) :: self
+      real(wp), intent(in) :: rcond
+      integer, intent(out) :: rank, info
+      integer :: i
+
+      self%b(:, :) = 0.0_wp
+      do i = 1, self%m
+         self%b(i, i) = 1.0_wp
+      end do
+      call dgelsd(self%m, self%n, self%m, self%a, self%m, self%b, size(self%b, 1), self%s, rcond, rank, &
+                  self%work, size(self%work), self%iwork, info)
+   end subroutine decompose
+
+   !> How many singular values count.
+   !!
+   !! Those below `rcond` times the largest are zero. Between `rcond` and `doubtful` the first gap of three decades tells:
+   !! what lies below it is noise (a constraint that is redundant on the manifold and slightly less so beside it), while
+   !! a spectrum that decays without a gap (a long chain) is kept whole.
+   pure function effective_rank(s, rcond, doubtful) result(rank)
+      !> Singular values in decreasing order.
+      real(wp), intent(in) :: s(:)
+      !> Relative to the largest: certainly zero below.
+      real(wp), intent(in) :: rcond
+      !> Relative to the largest: certainly not zero above.
+      real(wp), intent(in) :: doubtful
+      !> Their number.
+      integer :: rank
+      integer :: k
+
+      rank = 0
+      if (size(s) == 0) return
+      if (.not. s(1) > tiny(1.0_wp)) return
+      rank = count(s > rcond*s(1))
+      do k = 1, rank - 1
+         if (s(k + 1) <= doubtful*s(1) .and. s(k) >= gap*s(k + 1)) then
+            rank = k
+            return
+         end if
+      end do
+   end function effective_rank
+
+   !> The name of a path, for reports.
+   pure function path_name(path) result(name)
+      !> One of the `path_` constants.
+      integer, intent(in) :: path
+      !> A word or two.
+      character(:), allocatable :: name
+
+      select case (path)
+      case (path_cholesky)
+         name = 'cholesky'
+      case (path_singular_values)
+         name = 'singular values'
+      case default
+         name = 'none'
+      end select
+   end function path_name
+
+end module taut_linalg_pseudo_inverse

@@ -1,0 +1,173 @@
+!> The simple pendulum of Sect. 4.1: a point mass on a rigid rod, in Cartesian coordinates.
+module taut_model_pendulum
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   implicit none (type, external)
+   private
+   public :: pendulum_t, new_pendulum
+
+   !> Coordinates x (horizontal) and z (upward) from the pivot [m]; phi = sqrt(x^2 + z^2) - L [m], Eq. (27c); the
+   !! multiplier is the tension of the rod [N].
+   type, extends(mechanical_system_t) :: pendulum_t
+      !> Mass [kg].
+      real(wp) :: m = 1.0_wp
+      !> Length of the rod [m].
+      real(wp) :: l = 1.0_wp
+      !> Gravity, against z [m/s^2].
+      real(wp) :: g = 9.81_wp
+   contains
+      procedure :: mass
+      procedure :: force
+      procedure :: constraint
+      procedure :: jacobian
+      procedure :: b_second
+      procedure :: energy
+      procedure :: x_name
+      procedure :: v_name
+   end type pendulum_t
+
+contains
+
+   !> A pendulum with its constraint stated once or several times.
+   subroutine new_pendulum(self, m, l, g, copies, error)
+      !> The pendulum.
+      type(pendulum_t), intent(out) :: self
+      !> Mass [kg], length [m], gravity [m/s^2].
+      real(wp), intent(in) :: m, l, g
+      !> How often the constraint is stated; more than once makes it redundant.
+      integer, intent(in) :: copies
+      !> A value that makes no sense.
+      type(error_t), allocatable, intent(inout) :: error
+      character(*), parameter :: here = 'pendulum'
+
+      if (.not. m > 0.0_wp) call raise(error, here, 'mass = '//to_text(m)//' is not positive', 'give a mass in kg')
+      if (.not. l > 0.0_wp) call raise(error, here, 'length = '//to_text(l)//' is not positive', 'give a length in m')
+      if (.not. abs(g) <= huge(g)) call raise(error, here, 'gravity is not a number', 'give an acceleration in m/s^2')
+      if (copies < 1) call raise(error, here, 'constraint_copies = '//to_text(copies)//' is not positive', 'give 1 or more')
+      if (allocated(error)) return
+      self%m = m
+      self%l = l
+      self%g = g
+      call self%define(n=2, c=copies, mass_blocks=[1, 1])
+   end subroutine new_pendulum
+
+   !> M = diag(m, m) [kg].
+   subroutine mass(self, at, m)
+      !> The pendulum.
+      class(pendulum_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The mass matrix.
+      type(block_diagonal_t), intent(inout) :: m
+
+      call m%set_diagonal([self%m, self%m])
+      associate (unused_state => at)
+      end associate
+   end subroutine mass
+
+   !> f = {0; -m g} [N], Eqs (27a), (27b).
+   subroutine force(self, at, value)
+      !> The pendulum.
+      class(pendulum_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The force: (2).
+      real(wp), intent(out) :: value(:)
+
+      value(1) = 0.0_wp
+      value(2) = -self%m*self%g
+      associate (unused_state => at)
+      end associate
+   end subroutine force
+
+   !> phi = sqrt(x^2 + z^2) - L [m], Eq. (27c).
+   subroutine constraint(self, at, value)
+      !> The pendulum.
+      class(pendulum_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> phi: (copies).
+      real(wp), intent(out) :: value(:)
+
+      value(:) = sqrt(at%x(1)**2 + at%x(2)**2) - self%l
+   end subroutine constraint
+
+   !> A = {x, z}/sqrt(x^2 + z^2); zero at the pivot, where the direction of the rod is not known.
+   subroutine jacobian(self, at, a)
+      !> The pendulum.
+      class(pendulum_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The constraint matrix: (copies, 2).
+      real(wp), intent(out) :: a(:, :)
+      real(wp) :: r
+
+      r = sqrt(at%x(1)**2 + at%x(2)**2)
+      if (r > 0.0_wp) r = 1.0_wp/r
+      a(:, 1) = at%x(1)*r
+      a(:, 2) = at%x(2)*r
+      associate (unused_pendulum => self)
+      end associate
+   end subroutine jacobian
+
+   !> b'' = -(v^2 - (A v)^2)/sqrt(x^2 + z^2) [m/s^2], Eq. (6b).
+   subroutine b_second(self, at, value)
+      !> The pendulum.
+      class(pendulum_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> b'': (copies).
+      real(wp), intent(out) :: value(:)
+      real(wp) :: r2
+
+      ! v^2 - (A v)^2 is the square of the transverse velocity, (x vz - z vx)^2/r^2.
+      r2 = at%x(1)**2 + at%x(2)**2
+      value(:) = 0.0_wp
+      if (r2 > 0.0_wp) value(:) = -(at%x(1)*at%v(2) - at%x(2)*at%v(1))**2/(r2*sqrt(r2))
+      associate (unused_pendulum => self)
+      end associate
+   end subroutine b_second
+
+   !> Kinetic and potential energy [J]; zero at rest in the horizontal.
+   function energy(self, at)
+      !> The pendulum.
+      class(pendulum_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The energy.
+      real(wp) :: energy
+
+      energy = self%m*(0.5_wp*(at%v(1)**2 + at%v(2)**2) + self%g*at%x(2))
+   end function energy
+
+   !> x or z.
+   function x_name(self, i) result(name)
+      !> The pendulum.
+      class(pendulum_t), intent(in) :: self
+      !> 1 or 2.
+      integer, intent(in) :: i
+      !> The name.
+      character(:), allocatable :: name
+
+      name = merge('x', 'z', i == 1)
+      associate (unused_pendulum => self)
+      end associate
+   end function x_name
+
+   !> vx or vz.
+   function v_name(self, i) result(name)
+      !> The pendulum.
+      class(pendulum_t), intent(in) :: self
+      !> 1 or 2.
+      integer, intent(in) :: i
+      !> The name.
+      character(:), allocatable :: name
+
+      name = merge('vx', 'vz', i == 1)
+      associate (unused_pendulum => self)
+      end associate
+   end function v_name
+
+end module taut_model_pendulum

@@ -1,0 +1,83 @@
+!> Observers see the solution while it is computed.
+module taut_ode_observer
+   use taut_kinds, only: wp
+   use taut_error, only: error_t
+   use taut_ode_system, only: ode_system_t
+   implicit none (type, external)
+   private
+   public :: observer_t, trajectory_t
+
+   !> Receives the output points in order of time.
+   type, abstract :: observer_t
+   contains
+      procedure(observe_point), deferred :: observe
+   end type observer_t
+
+   !> An observer that keeps every point.
+   type, extends(observer_t) :: trajectory_t
+      !> Number of points.
+      integer :: points = 0
+      !> Times [s]; the first `points` entries count.
+      real(wp), allocatable :: t(:)
+      !> States; the first `points` columns count: (n, at least points).
+      real(wp), allocatable :: y(:, :)
+   contains
+      procedure :: observe => keep
+   end type trajectory_t
+
+   abstract interface
+      !> One output point.
+      subroutine observe_point(self, ode, t, h, y, error)
+         import :: observer_t, ode_system_t, error_t, wp
+         implicit none (type, external)
+         !> The observer.
+         class(observer_t), intent(inout) :: self
+         !> The system that is integrated; its right-hand side may be called, the integration does not mind.
+         class(ode_system_t), intent(inout) :: ode
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> The step that ends at, or holds, this point; 0 at the start [s].
+         real(wp), intent(in) :: h
+         !> State: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Set by an observer that cannot go on; the integration ends.
+         type(error_t), allocatable, intent(inout) :: error
+      end subroutine observe_point
+   end interface
+
+contains
+
+   !> Keeps a point.
+   subroutine keep(self, ode, t, h, y, error)
+      !> The trajectory.
+      class(trajectory_t), intent(inout) :: self
+      !> The system that is integrated.
+      class(ode_system_t), intent(inout) :: ode
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> The step [s].
+      real(wp), intent(in) :: h
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Never set.
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp), allocatable :: more_t(:), more_y(:, :)
+      integer :: room
+
+      if (.not. allocated(self%t)) allocate (self%t(256), self%y(size(y), 256))
+      room = size(self%t)
+      if (self%points == room) then
+         allocate (more_t(2*room), more_y(size(y), 2*room))
+         more_t(1:room) = self%t
+         more_y(:, 1:room) = self%y
+         call move_alloc(more_t, self%t)
+         call move_alloc(more_y, self%y)
+      end if
+      self%points = self%points + 1
+      self%t(self%points) = t
+      self%y(:, self%points) = y
+      associate (unused_system => ode, unused_step => h, unused_error => error)
+      end associate
+   end subroutine keep
+
+end module taut_ode_observer

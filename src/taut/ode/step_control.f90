@@ -1,0 +1,188 @@
+!> Error norms and step-size controllers.
+module taut_ode_step_control
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_ode_dormand_prince, only: order
+   implicit none (type, external)
+   private
+   public :: step_control_t
+
+   integer, parameter :: standard = 1, fixed = 2, odepkg_2009 = 3
+
+   !> Constants of the standard controller (PI), those of DOPRI5: E. Hairer, S.P. Norsett, G. Wanner, Solving Ordinary
+   !! Differential Equations I, 2nd ed., Springer 1993, Sects II.4 and IV.2 of vol. II.
+   real(wp), parameter :: safety = 0.9_wp, beta = 0.04_wp, expo = 1.0_wp/order - 0.75_wp*beta, &
+                          largest_decrease = 0.2_wp, largest_increase = 10.0_wp
+
+   !> Decides whether a step is accepted and how long the next one is.
+   type :: step_control_t
+      !> Whether the steps are all of one length.
+      logical :: fixed = .false.
+      !> Whether what the projection takes off is left out of the error, and gross violations are rejected.
+      logical :: aware_of_projection = .true.
+      integer, private :: kind = standard
+      logical, private :: rms = .true.
+      real(wp), private :: rtol = 0.0_wp, previous_error = 1.0e-4_wp
+      logical, private :: last_rejected = .false.
+      real(wp), allocatable, private :: atol(:)
+   contains
+      procedure :: init
+      procedure :: renew
+      procedure :: norm
+      procedure :: decide
+      procedure :: reduce
+   end type step_control_t
+
+contains
+
+   !> Sets the controller up.
+   subroutine init(self, n, name, norm, rtol, atol, atol_of, error)
+      !> The controller.
+      class(step_control_t), intent(out) :: self
+      !> Size of the state.
+      integer, intent(in) :: n
+      !> `standard`, `fixed` or `odepkg-2009`.
+      character(*), intent(in) :: name
+      !> `rms` or `max`.
+      character(*), intent(in) :: norm
+      !> Relative tolerance.
+      real(wp), intent(in) :: rtol
+      !> Absolute tolerance of every component, in the component's unit.
+      real(wp), intent(in) :: atol
+      !> Absolute tolerances, one for each component: (n).
+      real(wp), intent(in), allocatable :: atol_of(:)
+      !> A name or a number that is not valid.
+      type(error_t), allocatable, intent(inout) :: error
+
+      select case (name)
+      case ('standard')
+         self%kind = standard
+      case ('fixed')
+         self%kind = fixed
+      case ('odepkg-2009')
+         self%kind = odepkg_2009
+      case default
+         call raise(error, 'integration options', 'step_control = "'//trim(name)//'" is unknown', &
+                    'use "standard", "fixed" or "odepkg-2009"')
+      end select
+      if (norm /= 'rms' .and. norm /= 'max') &
+         call raise(error, 'integration options', 'norm = "'//trim(norm)//'" is unknown', 'use "rms" or "max"')
+      if (.not. (rtol > 0.0_wp .and. rtol < 1.0_wp)) &
+         call raise(error, 'integration options', 'rtol = '//to_text(rtol)//' is not between 0 and 1', &
+                    'give a relative tolerance such as 1e-6')
+      if (.not. atol > 0.0_wp) &
+         call raise(error, 'integration options', 'atol = '//to_text(atol)//' is not positive', &
+                    'give an absolute tolerance such as 1e-9')
+      allocate (self%atol(n), source=atol)
+      if (allocated(atol_of)) then
+         if (size(atol_of) /= n) then
+            call raise(error, 'integration options', 'atol_of has '//to_text(size(atol_of))//' entries for a state of '// &
+                       to_text(n), 'give one absolute tolerance for each entry of the state')
+         else if (.not. all(atol_of > 0.0_wp)) then
+            call raise(error, 'integration options', 'an entry of atol_of is not positive', &
+                       'give positive absolute tolerances')
+         else
+            self%atol(:) = atol_of
+         end if
+      end if
+      self%rms = norm == 'rms'
+      self%rtol = rtol
+      self%fixed = self%kind == fixed
+      self%aware_of_projection = self%kind == standard
+   end subroutine init
+
+   !> Forgets the steps before: at the start, and where the right-hand side has a kink or a jump.
+   pure subroutine renew(self)
+      !> The controller.
+      class(step_control_t), intent(inout) :: self
+
+      self%previous_error = 1.0e-4_wp
+      self%last_rejected = .false.
+   end subroutine renew
+
+   !> A vector in units of the tolerance: rms or largest of d_i/(atol_i + rtol max(|y0_i|, |y1_i|)).
+   pure function norm(self, d, y0, y1) result(value)
+      !> The controller.
+      class(step_control_t), intent(in) :: self
+      !> What is measured: (n).
+      real(wp), intent(in), contiguous :: d(:)
+      !> States that set the scale: (n).
+      real(wp), intent(in), contiguous :: y0(:), y1(:)
+      !> Its norm; 1 is at the tolerance.
+      real(wp) :: value
+      real(wp) :: ratio
+      integer :: i
+
+      value = 0.0_wp
+      do i = 1, size(d)
+         ! The bound keeps the square from overflowing.
+         ratio = min(abs(d(i))/(self%atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i)))), 1.0e100_wp)
+         if (self%rms) then
+            value = value + ratio*ratio
+         else
+            value = max(value, ratio)
+         end if
+      end do
+      if (self%rms) value = sqrt(value/max(1, size(d)))
+   end function norm
+
+   !> Judges a step and proposes the length of the next.
+   pure subroutine decide(self, h, error, y0, y1, h_next, accepted)
+      !> The controller, whose memory is brought up to date.
+      class(step_control_t), intent(inout) :: self
+      !> Step [s].
+      real(wp), intent(in) :: h
+      !> Estimate of its local error: (n).
+      real(wp), intent(in), contiguous :: error(:)
+      !> States at the step's start and end: (n).
+      real(wp), intent(in), contiguous :: y0(:), y1(:)
+      !> Length of the next try [s].
+      real(wp), intent(out) :: h_next
+      !> Whether the step holds.
+      logical, intent(out) :: accepted
+      real(wp) :: factor, size_of_error, tau
+      integer :: i
+
+      select case (self%kind)
+      case (fixed)
+         accepted = .true.
+         h_next = h
+      case (odepkg_2009)
+         ! The error test of ode45 in Octave's OdePkg as it was in 2009, signed: no absolute values on either side.
+         accepted = .true.
+         h_next = huge(1.0_wp)
+         do i = 1, size(error)
+            tau = max(self%rtol*y0(i), self%atol(i))
+            if (error(i) > tau) accepted = .false.
+            h_next = min(h_next, 0.8_wp*abs(h)*(tau/max(error(i), epsilon(1.0_wp)))**0.2_wp)
+         end do
+         h_next = sign(h_next, h)
+      case default
+         size_of_error = self%norm(error, y0, y1)
+         accepted = size_of_error <= 1.0_wp
+         if (accepted) then
+            factor = largest_increase
+            if (size_of_error > 0.0_wp) factor = safety*self%previous_error**beta/size_of_error**expo
+            factor = min(largest_increase, max(largest_decrease, factor))
+            if (self%last_rejected) factor = min(1.0_wp, factor)
+            self%previous_error = max(size_of_error, 1.0e-4_wp)
+         else
+            factor = max(largest_decrease, safety/size_of_error**expo)
+         end if
+         self%last_rejected = .not. accepted
+         h_next = factor*h
+      end select
+   end subroutine decide
+
+   !> The next try after a step that failed for another reason than its error.
+   pure subroutine reduce(self, h)
+      !> The controller, whose memory is brought up to date.
+      class(step_control_t), intent(inout) :: self
+      !> Step that failed, replaced by a quarter of it [s].
+      real(wp), intent(inout) :: h
+
+      self%last_rejected = .true.
+      h = 0.25_wp*h
+   end subroutine reduce
+
+end module taut_ode_step_control
