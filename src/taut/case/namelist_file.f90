@@ -1,0 +1,372 @@
+!> Case files: Fortran namelists, taken apart so that every complaint can name the line, the group and the entry.
+!!
+!! The file is cut into groups and assignments here; the values are read by Fortran's own namelist input, one assignment
+!! at a time:
+!!
+!!     do i = 1, size(group%entries)
+!!        read (group%entries(i)%text, nml=pendulum, iostat=status, iomsg=message)
+!!        if (status /= 0) call file%complain(group, i, message, names, error)
+!!     end do
+module taut_case_namelist_file
+   use taut_error, only: error_t, raise, to_text
+   implicit none (type, external)
+   private
+   public :: namelist_file_t, group_t, entry_t
+
+   !> One assignment.
+   type :: entry_t
+      !> What is assigned to, with its subscript, in lower case.
+      character(:), allocatable :: name
+      !> A namelist of its own: `&group name = value /`.
+      character(:), allocatable :: text
+      !> Line of the file.
+      integer :: line = 0
+   end type entry_t
+
+   !> One group.
+   type :: group_t
+      !> Name in lower case, without the ampersand.
+      character(:), allocatable :: name
+      !> Line of the file at which it begins.
+      integer :: line = 0
+      !> Its assignments in order.
+      type(entry_t), allocatable :: entries(:)
+   end type group_t
+
+   !> A case file.
+   type :: namelist_file_t
+      !> Path as given.
+      character(:), allocatable :: path
+      !> Name of the case: the file's name without folder and ending.
+      character(:), allocatable :: name
+      !> Groups in order.
+      type(group_t), allocatable :: groups(:)
+   contains
+      procedure :: load
+      procedure :: only_groups
+      procedure :: complain
+      procedure :: locate
+      procedure, private :: take_entries
+   end type namelist_file_t
+
+contains
+
+   !> Reads a file and cuts it into groups and assignments.
+   subroutine load(self, path, error)
+      !> The file.
+      class(namelist_file_t), intent(out) :: self
+      !> Its path.
+      character(*), intent(in) :: path
+      !> A file that is missing, or text that is no namelist.
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: text
+      integer, allocatable :: line(:)
+      type(group_t) :: group
+      integer :: i, first, last, start
+
+      self%path = path
+      first = index(path, '/', back=.true.) + 1
+      last = index(path, '.', back=.true.) - 1
+      if (last < first) last = len(path)
+      self%name = path(first:last)
+      allocate (self%groups(0))
+      call read_text(path, text, line, error)
+      if (allocated(error)) return
+
+      i = 1
+      do
+         i = i + verify_blank(text(i:)) - 1
+         if (i > len(text)) exit
+         if (text(i:i) /= '&') then
+            call raise(error, path//':'//to_text(line(i)), 'there is text outside a group: "'//word(text(i:))//'"', &
+                       'a group begins with & and its name and ends with /; comments begin with !')
+            return
+         end if
+         start = i
+         i = i + 1
+         do while (i <= len(text))
+            if (.not. is_name(text(i:i))) exit
+            i = i + 1
+         end do
+         group%name = lower(text(start + 1:i - 1))
+         group%line = line(start)
+         if (allocated(group%entries)) deallocate (group%entries)
+         allocate (group%entries(0))
+         first = i
+         last = end_of_group(text, first)
+         if (last == 0) then
+            call raise(error, path//':'//to_text(group%line), 'the group &'//group%name//' has no end', &
+                       'end it with / (and close its quotation marks)')
+            return
+         end if
+         call self%take_entries(group, text(first:last - 1), line(first:last), error)
+         if (allocated(error)) return
+         self%groups = [self%groups, group]
+         i = last + 1
+      end do
+   end subroutine load
+
+   !> The whole file in one text, comments blanked, line ends as blanks; and the line of each character.
+   subroutine read_text(path, text, line, error)
+      character(*), intent(in) :: path
+      character(:), allocatable, intent(out) :: text
+      integer, allocatable, intent(out) :: line(:)
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=200) :: message
+      character :: quote
+      integer :: i, length, number, status, unit
+      logical :: comment, exists
+
+      inquire (file=path, exist=exists)
+      if (.not. exists) then
+         call raise(error, path, 'there is no such case file', 'check the path; the shipped cases are in the folder cases')
+         return
+      end if
+      open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', &
+            iostat=status, iomsg=message)
+      if (status /= 0) then
+         call raise(error, path, 'the case file cannot be opened: '//trim(message), 'check its permissions')
+         return
+      end if
+      inquire (unit=unit, size=length)
+      allocate (character(len=max(0, length)) :: text)
+      read (unit, iostat=status, iomsg=message) text
+      close (unit)
+      if (status /= 0) then
+         call raise(error, path, 'the case file cannot be read: '//trim(message), 'give a text file, not a folder')
+         return
+      end if
+      allocate (line(len(text)))
+      number = 1
+      quote = ' '
+      comment = .false.
+      do i = 1, len(text)
+         line(i) = number
+         if (text(i:i) == new_line('a')) then
+            number = number + 1
+            comment = .false.
+            text(i:i) = ' '
+         else if (comment .or. iachar(text(i:i)) < 32) then
+            text(i:i) = ' '
+         else if (quote /= ' ') then
+            if (text(i:i) == quote) quote = ' '
+         else if (text(i:i) == '"' .or. text(i:i) == "'") then
+            quote = text(i:i)
+         else if (text(i:i) == '!') then
+            comment = .true.
+            text(i:i) = ' '
+         end if
+      end do
+   end subroutine read_text
+
+   !> Position of the slash that ends a group, 0 if there is none.
+   pure function end_of_group(text, first) result(position)
+      character(*), intent(in) :: text
+      integer, intent(in) :: first
+      integer :: position
+      character :: quote
+
+      quote = ' '
+      do position = first, len(text)
+         if (quote /= ' ') then
+            if (text(position:position) == quote) quote = ' '
+         else if (text(position:position) == '"' .or. text(position:position) == "'") then
+            quote = text(position:position)
+         else if (text(position:position) == '/') then
+            return
+         else if (text(position:position) == '&') then
+            exit
+         end if
+      end do
+      position = 0
+   end function end_of_group
+
+   !> Cuts the inside of a group at its assignments.
+   subroutine take_entries(self, group, text, line, error)
+      class(namelist_file_t), intent(in) :: self
+      type(group_t), intent(inout) :: group
+      character(*), intent(in) :: text
+      integer, intent(in) :: line(:)
+      type(error_t), allocatable, intent(inout) :: error
+      type(entry_t) :: item
+      integer, allocatable :: equals(:), starts(:)
+      character :: quote
+      integer :: i, j, stop_at
+
+      allocate (equals(0), starts(0))
+      quote = ' '
+      do i = 1, len(text)
+         if (quote /= ' ') then
+            if (text(i:i) == quote) quote = ' '
+         else if (text(i:i) == '"' .or. text(i:i) == "'") then
+            quote = text(i:i)
+         else if (text(i:i) == '=') then
+            equals = [equals, i]
+            starts = [starts, name_before(text, i)]
+         end if
+      end do
+      stop_at = len(text)
+      if (size(starts) > 0) stop_at = starts(1) - 1
+      if (len_trim(text(:stop_at)) > 0) then
+         j = verify_blank(text)
+         call raise(error, place(self, line(j), group%name), 'a value has no name: "'//word(text(j:))//'"', 'write name = value')
+         return
+      end if
+      do i = 1, size(equals)
+         stop_at = len(text)
+         if (i < size(equals)) stop_at = starts(i + 1) - 1
+         item%name = lower(trim(text(starts(i):equals(i) - 1)))
+         item%line = line(starts(i))
+         if (len(item%name) == 0) then
+            call raise(error, place(self, item%line, group%name), 'there is a = without a name before it', 'write name = value')
+            return
+         end if
+         if (len_trim(text(equals(i) + 1:stop_at)) == 0) then
+            call raise(error, place(self, item%line, group%name), item%name//' has no value', 'write name = value')
+            return
+         end if
+         do j = 1, size(group%entries)
+            if (group%entries(j)%name == item%name) then
+               call raise(error, place(self, item%line, group%name), item%name//' is given twice', &
+                          'remove one; the other is in line '//to_text(group%entries(j)%line))
+               return
+            end if
+         end do
+         item%text = '&'//group%name//' '//item%name//' = '//trim(adjustl(text(equals(i) + 1:stop_at)))//' /'
+         group%entries = [group%entries, item]
+      end do
+   end subroutine take_entries
+
+   !> Where the name before an equals sign begins, subscripts included.
+   pure function name_before(text, equals) result(first)
+      character(*), intent(in) :: text
+      integer, intent(in) :: equals
+      integer :: first
+
+      first = equals - 1
+      do while (first >= 1)
+         if (text(first:first) /= ' ') exit
+         first = first - 1
+      end do
+      if (first >= 1) then
+         if (text(first:first) == ')') first = max(1, index(text(:first), '(', back=.true.) - 1)
+      end if
+      do while (first >= 1)
+         if (.not. is_name(text(first:first))) exit
+         first = first - 1
+      end do
+      first = first + 1
+   end function name_before
+
+   !> Complains if the file has a group that is not among those known.
+   subroutine only_groups(self, names, error)
+      !> The file.
+      class(namelist_file_t), intent(in) :: self
+      !> Known names in lower case.
+      character(*), intent(in) :: names(:)
+      !> A group that is not known.
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: known
+      integer :: i
+
+      known = '&'//trim(names(1))
+      do i = 2, size(names)
+         known = known//', &'//trim(names(i))
+      end do
+      do i = 1, size(self%groups)
+         if (any(names == self%groups(i)%name)) cycle
+         call raise(error, self%path//':'//to_text(self%groups(i)%line), 'there is no group &'//self%groups(i)%name//' here', &
+                    'the groups are '//known)
+         return
+      end do
+   end subroutine only_groups
+
+   !> Makes an error of a failed namelist input.
+   subroutine complain(self, group, index_of_entry, message, names, error)
+      !> The file.
+      class(namelist_file_t), intent(in) :: self
+      !> Its group.
+      type(group_t), intent(in) :: group
+      !> Which of the assignments failed.
+      integer, intent(in) :: index_of_entry
+      !> What the Fortran library said.
+      character(*), intent(in) :: message
+      !> All names of the group, separated by commas.
+      character(*), intent(in) :: names
+      !> The error.
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: value
+
+      associate (item => group%entries(index_of_entry))
+         if (index(message, 'Cannot match namelist') > 0) then
+            call raise(error, place(self, item%line, group%name), 'there is no entry '//item%name, 'the entries are '//names)
+         else
+            value = item%text(index(item%text, '=') + 2:)
+            value = value(:len(value) - 2)
+            call raise(error, place(self, item%line, group%name), item%name//' = '//value//' cannot be read', &
+                       'give a value of the right type (text in quotation marks, numbers without)')
+         end if
+      end associate
+   end subroutine complain
+
+   !> Puts a place in the file before an error that was found later, with the values.
+   subroutine locate(self, group, error)
+      !> The file.
+      class(namelist_file_t), intent(in) :: self
+      !> The group that the values came from.
+      type(group_t), intent(in) :: group
+      !> The error, if there is one.
+      type(error_t), allocatable, intent(inout) :: error
+
+      if (allocated(error)) error%where = place(self, group%line, group%name)
+   end subroutine locate
+
+   !> Such as `cases/a.nml:12: &method`.
+   pure function place(self, line, group) result(text)
+      class(namelist_file_t), intent(in) :: self
+      integer, intent(in) :: line
+      character(*), intent(in) :: group
+      character(:), allocatable :: text
+
+      text = self%path//':'//to_text(line)//': &'//group
+   end function place
+
+   !> Position of the first character that is not blank; one past the end if there is none.
+   pure function verify_blank(text) result(position)
+      character(*), intent(in) :: text
+      integer :: position
+
+      position = verify(text, ' ')
+      if (position == 0) position = len(text) + 1
+   end function verify_blank
+
+   !> The first word of a text, not too long.
+   pure function word(text) result(first)
+      character(*), intent(in) :: text
+      character(:), allocatable :: first
+
+      first = text(:min(len(text), 20))
+      if (index(first, ' ') > 0) first = first(:index(first, ' ') - 1)
+   end function word
+
+   !> Whether a character can be part of a name.
+   pure function is_name(c) result(answer)
+      character, intent(in) :: c
+      logical :: answer
+
+      answer = (c >= 'a' .and. c <= 'z') .or. (c >= 'A' .and. c <= 'Z') .or. (c >= '0' .and. c <= '9') .or. c == '_'
+   end function is_name
+
+   !> A text in lower case.
+   pure function lower(text) result(small)
+      character(*), intent(in) :: text
+      character(len=len(text)) :: small
+      integer :: i
+
+      small = text
+      do i = 1, len(text)
+         if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') small(i:i) = achar(iachar(text(i:i)) + 32)
+      end do
+   end function lower
+
+end module taut_case_namelist_file
