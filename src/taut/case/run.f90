@@ -77,7 +77,7 @@ contains
       call summary%create(folder//'/summary.csv', error)
       if (.not. allocated(error)) call summary%put(summary_header, error)
       if (.not. quiet .and. .not. allocated(error)) &
-         write (output_unit, '(a, t26, a)') file%name, 'status              steps  rejected   max phi   max phidot  '// &
+         write (output_unit, '(a, t28, a)') file%name, 'status              steps  rejected   max phi   max phidot  '// &
          'energy drift [J]  seconds'
       do i = 1, size(settings%methods)
          if (allocated(error)) exit
@@ -137,7 +137,7 @@ contains
             to_text(ode%projector%iterations)//','//number(recorder%max_phi)//','//number(recorder%max_phidot)//','// &
             number(recorder%max_phiddot)//','//number(recorder%energy_drift)//','//to_text(recorder%min_rank)//','// &
             number(seconds)
-      if (.not. quiet) write (output_unit, '(2x, a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, &
+      if (.not. quiet) write (output_unit, '(2x, a, t28, a, t46, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, &
          status_name(result%status), result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, &
          recorder%energy_drift, seconds
    end subroutine run_method

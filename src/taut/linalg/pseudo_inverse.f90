@@ -55,6 +55,7 @@ module taut_linalg_pseudo_inverse
       !> How the last matrix was treated: one of the `path_` constants.
       integer :: path = path_none
       integer, private :: n = 0
+      real(wp), private :: reciprocal = 0.0_wp
       real(wp), allocatable, private :: scale(:), factor(:, :), work(:)
       integer, allocatable, private :: iwork(:)
       type(singular_value_inverse_t), private :: general
@@ -101,7 +102,7 @@ contains
          self%rank = 0
          return
       end if
-      if (n == 1) then
+      if (n == 1 .and. .not. self%always_singular_values) then
          ! Cholesky's factorization of one number.
          if (.not. ieee_is_finite(s(1, 1))) then
             info = 1
@@ -110,8 +111,8 @@ contains
          self%path = path_cholesky
          self%condition = 1.0_wp
          self%rank = merge(1, 0, s(1, 1) > tiny(1.0_wp))
-         self%factor(1, 1) = 0.0_wp
-         if (self%rank == 1) self%factor(1, 1) = 1.0_wp/s(1, 1)
+         self%reciprocal = 0.0_wp
+         if (self%rank == 1) self%reciprocal = 1.0_wp/s(1, 1)
          return
       end if
 
@@ -164,8 +165,8 @@ contains
       real(wp), intent(out) :: x(:)
       integer :: i, j, stat
 
-      if (self%n == 1) then
-         x(1) = self%factor(1, 1)*r(1)
+      if (self%n == 1 .and. self%path == path_cholesky) then
+         x(1) = self%reciprocal*r(1)
       else if (self%path == path_cholesky) then
          do i = 1, self%n
             x(i) = self%scale(i)*r(i)
