@@ -77,8 +77,8 @@ contains
       character(*), intent(in) :: message
 
       if (abs(value - expected) <= tolerance) return
-      call check(failure, .false., message//': '//to_text(value)//' is off '//to_text(expected)//' by '//to_text(value - expected)// &
-                 ', allowed '//to_text(tolerance))
+      call check(failure, .false., message//': '//to_text(value)//' is off '//to_text(expected)//' by '// &
+                 to_text(value - expected)//', allowed '//to_text(tolerance))
    end subroutine check_close
 
    !> Fails unless a number's size stays below a bound.
