@@ -4,6 +4,9 @@ program tester
    use testing, only: outcome_t, run_suite
    use test_case, only: collect_case
    use test_linalg, only: collect_linalg
+   use test_constrained, only: collect_constrained
+   use test_pendulum, only: collect_pendulum
+   use test_ode, only: collect_ode
    use test_verify, only: collect_verify
    implicit none (type, external)
    type(outcome_t) :: outcome
@@ -12,6 +15,9 @@ program tester
    only = ''
    if (command_argument_count() > 0) call get_command_argument(1, only)
    call run_suite('linalg', collect_linalg(), trim(only), outcome)
+   call run_suite('ode', collect_ode(), trim(only), outcome)
+   call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
+   call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'

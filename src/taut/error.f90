@@ -75,9 +75,7 @@ contains
       character(len=16) :: buffer
 
       if (abs(value) >= 1.0e-2_wp .and. abs(value) < 1.0e4_wp) then
-         write (buffer, '(f0.4)') value
-         if (buffer(1:1) == '.') buffer = '0'//buffer
-         if (buffer(1:2) == '-.') buffer = '-0'//buffer(2:)
+         write (buffer, '(f11.4)') value
       else if (abs(value) <= 0.0_wp) then
          buffer = '0'
       else

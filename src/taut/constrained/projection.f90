@@ -143,7 +143,7 @@ contains
       integer, intent(out) :: info
       !> Violation up to which nothing is done; default: the tolerance of the method.
       real(wp), intent(in), optional :: threshold
-      real(wp) :: before, least, noise, reach
+      real(wp) :: before, least, noise, reach, scale
       integer :: iteration
 
       info = rhs_ok
@@ -162,7 +162,8 @@ contains
          if (self%residual <= threshold) return
       end if
       do iteration = 1, self%max_iterations + 1
-         least = max(self%tolerance, 4.0_wp*spacing(maxval(abs(at%x))))
+         scale = epsilon(1.0_wp)*maxval(abs(at%x))
+         least = max(self%tolerance, 4.0_wp*scale)
          if (self%residual <= least) return
          if (iteration > self%max_iterations) exit
          self%iterations = self%iterations + 1
@@ -183,8 +184,8 @@ contains
             call give_up(self, inconsistent, info)
             return
          end if
-         if (maxval(abs(self%d)) <= 2.0_wp*spacing(maxval(abs(at%x))) .and. reach >= 0.5_wp*self%residual) return
-         before = norm2(self%phi)
+         if (maxval(abs(self%d)) <= 2.0_wp*scale .and. reach >= 0.5_wp*self%residual) return
+         before = dot_product(self%phi, self%phi)
          call move(self, model, at, before, info)
          if (info /= rhs_ok) return
       end do
@@ -240,7 +241,7 @@ contains
          call model%normalize(at%x)
          call model%constraint(at, self%phi)
          if (all(ieee_is_finite(self%phi))) then
-            if (norm2(self%phi) < before) then
+            if (dot_product(self%phi, self%phi) < before) then
                self%residual = maxval(abs(self%phi))
                info = rhs_ok
                return
@@ -355,7 +356,7 @@ contains
       !> The state of the last `linearize`.
       type(state_t), intent(in) :: at
       !> Change of the coordinates: (n_x).
-      real(wp), intent(inout) :: e(:)
+      real(wp), intent(inout), contiguous :: e(:)
       integer :: i
 
       if (model%n_phi == 0) return
@@ -380,7 +381,7 @@ contains
       !> The system.
       class(mechanical_system_t), intent(in) :: model
       !> Change of the velocities: (n).
-      real(wp), intent(inout) :: e(:)
+      real(wp), intent(inout), contiguous :: e(:)
       integer :: i
 
       if (model%c == 0) return
@@ -462,8 +463,8 @@ contains
                     to_text(model%n_w), 'give as many as the system has')
          return
       end if
-      x = at%x
-      v = at%v
+      allocate (x, source=at%x)
+      allocate (v, source=at%v)
       ! Far from the constraints the iteration may need more patience than inside a step.
       patient = method
       patient%max_iterations = max(100, method%max_iterations)

@@ -67,7 +67,7 @@ contains
    !> K^-1 A^T S^+ applied to the columns of A and to b.
    subroutine apply(onto, a, b, p_matrix, p)
       type(weighted_projection_t), intent(inout) :: onto
-      real(wp), intent(in) :: a(:, :), b(:)
+      real(wp), intent(in), contiguous :: a(:, :), b(:)
       real(wp), allocatable, intent(out) :: p_matrix(:, :), p(:)
       real(wp) :: multipliers(size(b))
       integer :: j

@@ -62,6 +62,7 @@ module taut_linalg_pseudo_inverse
    contains
       procedure :: init
       procedure :: compute
+      procedure :: compute_single
       procedure :: solve
    end type pseudo_inverse_t
 
@@ -103,16 +104,7 @@ contains
          return
       end if
       if (n == 1 .and. .not. self%always_singular_values) then
-         ! Cholesky's factorization of one number.
-         if (.not. ieee_is_finite(s(1, 1))) then
-            info = 1
-            return
-         end if
-         self%path = path_cholesky
-         self%condition = 1.0_wp
-         self%rank = merge(1, 0, s(1, 1) > tiny(1.0_wp))
-         self%reciprocal = 0.0_wp
-         if (self%rank == 1) self%reciprocal = 1.0_wp/s(1, 1)
+         call self%compute_single(s(1, 1), info)
          return
       end if
 
@@ -155,14 +147,35 @@ contains
       self%condition = self%general%condition
    end subroutine compute
 
+   !> The same for a single constraint, S = s: Cholesky's factorization of one number.
+   pure subroutine compute_single(self, s, info)
+      !> The solver.
+      class(pseudo_inverse_t), intent(inout) :: self
+      !> Not negative.
+      real(wp), intent(in) :: s
+      !> 0; 1 if S is not finite.
+      integer, intent(out) :: info
+
+      info = 1
+      if (.not. ieee_is_finite(s)) return
+      info = 0
+      self%path = path_cholesky
+      self%condition = 1.0_wp
+      self%rank = 0
+      self%reciprocal = 0.0_wp
+      if (.not. s > tiny(1.0_wp)) return
+      self%rank = 1
+      self%reciprocal = 1.0_wp/s
+   end subroutine compute_single
+
    !> x = S^+ r, after `compute`.
    subroutine solve(self, r, x)
       !> The prepared solver.
       class(pseudo_inverse_t), intent(in) :: self
       !> Right-hand side: (n).
-      real(wp), intent(in) :: r(:)
+      real(wp), intent(in), contiguous :: r(:)
       !> Minimum-norm (least-squares) solution: (n).
-      real(wp), intent(out) :: x(:)
+      real(wp), intent(out), contiguous :: x(:)
       integer :: i, j, stat
 
       if (self%n == 1 .and. self%path == path_cholesky) then

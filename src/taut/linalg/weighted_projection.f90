@@ -98,6 +98,10 @@ contains
       n = self%n
       info = 0
       if (c == 0) return
+      if (c == 1 .and. self%solver == solver_auto) then
+         call update_single(self, a, k, identity, info)
+         return
+      end if
       do j = 1, n
          do i = 1, c
             self%kinv_at(j, i) = a(i, j)
@@ -124,6 +128,29 @@ contains
       call self%s_plus%compute(self%s, info, noise)
       self%rank = self%s_plus%rank
    end subroutine update
+
+   !> One constraint: S is a number.
+   subroutine update_single(self, a, k, identity, info)
+      type(weighted_projection_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: a(:, :)
+      type(block_diagonal_t), intent(in) :: k
+      logical, intent(in) :: identity
+      integer, intent(out) :: info
+      real(wp) :: s
+      integer :: l
+
+      do l = 1, self%n
+         self%kinv_at(l, 1) = a(1, l)
+      end do
+      if (.not. identity) call k%solve(1, self%kinv_at)
+      s = 0.0_wp
+      do l = 1, self%n
+         s = s + a(1, l)*self%kinv_at(l, 1)
+      end do
+      self%s(1, 1) = s
+      call self%s_plus%compute_single(s, info)
+      self%rank = self%s_plus%rank
+   end subroutine update_single
 
    !> The pseudo-inverse of A L^-T, without squaring the condition number.
    subroutine update_factor(self, k, identity, info, noise)
@@ -160,9 +187,9 @@ contains
       !> The operator, updated.
       class(weighted_projection_t), intent(inout) :: self
       !> Violation at the level concerned: (c).
-      real(wp), intent(in) :: r(:)
+      real(wp), intent(in), contiguous :: r(:)
       !> The multipliers: (c).
-      real(wp), intent(out) :: lambda(:)
+      real(wp), intent(out), contiguous :: lambda(:)
       integer :: i, j
 
       if (self%c == 0) return
@@ -190,9 +217,9 @@ contains
       !> The operator, updated.
       class(weighted_projection_t), intent(in) :: self
       !> Multipliers: (c).
-      real(wp), intent(in) :: lambda(:)
+      real(wp), intent(in), contiguous :: lambda(:)
       !> What is corrected: (n).
-      real(wp), intent(inout) :: d(:)
+      real(wp), intent(inout), contiguous :: d(:)
       integer :: i, j
 
       do j = 1, self%c

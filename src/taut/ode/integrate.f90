@@ -148,14 +148,20 @@ contains
                    self%g_work(size(events%terminal)), source=0.0_wp)
          call events%evaluate(self%t, self%y, self%g_old)
       end if
+      if (abs(t_end - t) <= 0.0_wp) then
+         if (present(observer)) call show(ode, t, 0.0_wp, self%y, result, observer)
+         if (result%status == status_not_started) result%status = status_reached_end
+         result%t = t
+         return
+      end if
       call find_stops(ode%breakpoints(), t, t_end, stops)
 
       do i = 1, size(stops)
          call set_bounds(self, stops(i))
          call start(self, ode, stops(i), result)
          if (i == 1 .and. present(observer) .and. result%status == status_not_started) &
-            call show(self, ode, self%t, 0.0_wp, self%y, result, observer)
-         if (result%status == status_not_started .and. abs(stops(i) - self%t) > 0.0_wp) &
+            call show(ode, self%t, 0.0_wp, self%y, result, observer)
+         if (result%status == status_not_started) &
             call advance(self, ode, stops(i), i == size(stops), result, observer, events)
          if (result%status /= status_not_started) exit
       end do
@@ -406,7 +412,7 @@ contains
             self%outputs = self%outputs + 1
             call interpolate(self, ode, t_shown, h, self%y_work, result)
             if (result%status /= status_not_started) return
-            call show(self, ode, t_shown, h, self%y_work, result, observer)
+            call show(ode, t_shown, h, self%y_work, result, observer)
             if (result%status /= status_not_started) return
          end do
       end if
@@ -415,7 +421,7 @@ contains
          self%t = t_last
          self%y(:) = result%events(first_terminal)%y
          result%status = status_event
-         if (present(observer)) call show(self, ode, self%t, h, self%y, result, observer)
+         if (present(observer)) call show(ode, self%t, h, self%y, result, observer)
          return
       end if
       if (.not. present(observer)) return
@@ -427,7 +433,7 @@ contains
             return
          end if
       end if
-      call show(self, ode, t_new, h, self%y_new, result, observer)
+      call show(ode, t_new, h, self%y_new, result, observer)
       if (result%status /= status_not_started) then
          self%t = t_new
          self%y(:) = self%y_new
@@ -551,8 +557,7 @@ contains
    end subroutine locate
 
    !> Hands a point to the observer.
-   subroutine show(self, ode, t, h, y, result, observer)
-      type(integrator_t), intent(in) :: self
+   subroutine show(ode, t, h, y, result, observer)
       class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: t, h
       real(wp), intent(in), contiguous :: y(:)

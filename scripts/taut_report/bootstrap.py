@@ -1,0 +1,26 @@
+"""Finds the Python that has matplotlib; imported before anything else, so it needs the standard library only."""
+
+import importlib.util
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def use_venv() -> None:
+    """Starts the calling script again under the project's .venv when this Python lacks what the script needs."""
+    if all(importlib.util.find_spec(name) for name in ("matplotlib", "numpy", "jinja2")):
+        return
+    prefix, python = ROOT / ".venv", ROOT / ".venv" / "bin" / "python"
+    # Comparing prefixes, not programs: .venv/bin/python is often a link to the very Python that runs now.
+    if not python.exists() or Path(sys.prefix).resolve() == prefix.resolve():
+        sys.exit(f"{Path(sys.argv[0]).name}: matplotlib or jinja2 is not installed: run scripts/setup first")
+    sys.stdout.flush()
+    os.execv(python, [str(python), *sys.argv])
+
+
+def print_any(text: str) -> None:
+    """Prints text on any terminal: signs that its encoding lacks become question marks instead of an error."""
+    encoding = sys.stdout.encoding or "ascii"
+    print(text.encode(encoding, "replace").decode(encoding))
