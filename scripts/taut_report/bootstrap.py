@@ -1,4 +1,4 @@
-"""Finds the Python that has matplotlib; imported before anything else, so it needs the standard library only."""
+"""Finds the Python that has matplotlib; needs only the standard library itself."""
 
 import importlib.util
 import os
@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def use_venv() -> None:
-    """Starts the calling script again under the project's .venv when this Python lacks what the script needs."""
+    """Starts the calling script again under the project's .venv when this Python lacks a package."""
     if all(importlib.util.find_spec(name) for name in ("matplotlib", "numpy", "jinja2")):
         return
     prefix, python = ROOT / ".venv", ROOT / ".venv" / "bin" / "python"
@@ -21,6 +21,6 @@ def use_venv() -> None:
 
 
 def print_any(text: str) -> None:
-    """Prints text on any terminal: signs that its encoding lacks become question marks instead of an error."""
+    """Prints text on any terminal: signs that its encoding lacks become question marks."""
     encoding = sys.stdout.encoding or "ascii"
     print(text.encode(encoding, "replace").decode(encoding))

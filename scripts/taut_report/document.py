@@ -43,7 +43,7 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text under a header; the columns after the first `text_columns` hold numbers and align right."""
+    """Rows under a header; the columns after the first `text_columns` hold numbers and align right."""
 
     caption: str
     header: tuple[str, ...]

@@ -7,8 +7,8 @@ NBSP = "\u00a0"
 MINUS = "−"
 
 
-def number(value: float, digits: int = 2, unit: str = "") -> str:
-    """Returns a number with so many significant digits, with a power of ten where that is shorter, and its unit."""
+def number(value: float, digits: int = 2, unit: str = "", plus: bool = False) -> str:
+    """Returns a number with so many significant digits, as a power of ten where needed, and its unit."""
     if not math.isfinite(value):
         text = str(value)
     elif value == 0.0:
@@ -20,7 +20,8 @@ def number(value: float, digits: int = 2, unit: str = "") -> str:
             text = f"{float(f'{mantissa}e{exponent}'):,.{max(digits - 1 - power, 0)}f}"
         else:
             text = f"{mantissa}{NBSP}×{NBSP}10{str(power).translate(_SUPERSCRIPTS)}"
-    return text.replace("-", MINUS) + (NBSP + unit if unit else "")
+    sign = "+" if plus and value > 0.0 else ""
+    return sign + text.replace("-", MINUS) + (NBSP + unit if unit else "")
 
 
 def count(value: int) -> str:

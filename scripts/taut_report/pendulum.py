@@ -15,11 +15,11 @@ from taut_report import style
 from taut_report.data import Array, Case, Results, Run
 from taut_report.drawing import FigureSpec
 from taut_report.formats import energy_label
+from taut_report.judgment import NEWTON_TOLERANCE
 from taut_report.pendulum_measures import ENERGY_SCALE, LENGTH, PERIOD
 
 # The paper's order, so that the legends read alike.
 METHODS = ("baseline", "present", "baumgarte", "braun-goldfarb")
-NEWTON_TOLERANCE = 1e-12
 
 
 _RAW = {"color": "#0072B2", "alpha": 0.5, "linewidth": 0.7, "zorder": 1.5}
@@ -36,7 +36,7 @@ def four_panels(
     magnified: int,
     bold: tuple[str, ...] = (),
 ) -> Figure:
-    """Draws the paper's four panels; energy is the range in mJ, magnified the scale of the length error in the inset."""
+    """Draws the paper's four panels; energy is a range in mJ, magnified the factor of the inset."""
     data = results.case(case)
     runs = {method: data.run(method) for method in methods}
     t_end = max(float(run["t"][-1]) for run in runs.values())
@@ -79,7 +79,7 @@ def legend(case: Case, methods: tuple[str, ...]) -> list[Artist]:
 
 
 def trajectory(axes: Axes, runs: dict[str, Run], magnified: int) -> None:
-    """Draws the paths at one scale in both directions, and inside them again with the length error magnified."""
+    """Draws the paths at one scale in both directions, and inside them with the length error magnified."""
     inset = axes.inset_axes((-0.72, -0.86, 1.44, 0.88), transform=axes.transData)
     angle = np.linspace(-np.pi, 0.0, 361)
     for panel in (axes, inset):
@@ -116,7 +116,7 @@ def polar_path(run: Run, pieces: int = 12) -> tuple[Array, Array]:
     s = np.linspace(0.0, 1.0, pieces, endpoint=False)[None, :]
     h = np.diff(run["t"])[:, None]
     path = []
-    # In x and z the cubics would leave the circle between the steps by more than some methods do at the steps.
+    # Cubics in x and z would leave the circle between the steps by more than some methods do at the steps.
     for value, rate in ((r, (x * vx + z * vz) / r), (np.unwrap(np.arctan2(z, x)), (x * vz - z * vx) / r**2)):
         curve = value[:-1, None] * (1 + 2 * s) * (1 - s) ** 2 + value[1:, None] * s**2 * (3 - 2 * s)
         curve += h * (rate[:-1, None] * s * (1 - s) ** 2 - rate[1:, None] * s**2 * (1 - s))
@@ -148,7 +148,7 @@ def errors(axes: Axes, runs: dict[str, Run], column: str) -> None:
 def total_energy(
     axes: Axes, runs: dict[str, Run], limits: tuple[float, float], t_end: float, bold: tuple[str, ...]
 ) -> None:
-    """Draws the energy in mJ, with the final values in the margin and the paper's 0.01 % per period as a wedge."""
+    """Draws the energy in mJ, the final values in the margin and the paper's 0.01 % per period as a wedge."""
     bound = 1e3 * 1e-4 * ENERGY_SCALE * t_end / PERIOD
     axes.fill_between([0, t_end], [0, -bound], [0, bound], **_WEDGE)
     axes.axhline(0, color="#374151", linewidth=0.6, zorder=1)
@@ -156,7 +156,7 @@ def total_energy(
         axes.plot(run["t"], 1e3 * run["energy"], **style.method_style(method).line(len(run["t"])))
     axes.set(title="Energy", ylabel="total energy [mJ]", ylim=limits)
     final = [float(run["energy"][-1]) for run in runs.values()]
-    heights = spread([1e3 * value for value in final], 0.062 * (limits[1] - limits[0]), limits)
+    heights = style.spread([1e3 * value for value in final], 0.062 * (limits[1] - limits[0]), limits)
     for method, value, height in zip(runs, final, heights, strict=True):
         axes.annotate(
             energy_label(value),
@@ -170,23 +170,6 @@ def total_energy(
             color=style.method_style(method).color,
             annotation_clip=False,
         )
-
-
-def spread(values: list[float], gap: float, limits: tuple[float, float]) -> list[float]:
-    """Returns heights near the values, at least a gap apart and inside the limits."""
-    order = sorted(range(len(values)), key=values.__getitem__)
-    heights = [min(max(values[i], limits[0]), limits[1]) for i in order]
-    # Pushing neighbors apart by half of what is missing converges quickly for a handful of labels.
-    for _ in range(200):
-        for low, high in zip(range(len(heights) - 1), range(1, len(heights)), strict=True):
-            missing = gap - (heights[high] - heights[low])
-            if missing > 0:
-                heights[low] -= missing / 2
-                heights[high] += missing / 2
-    placed = [0.0] * len(values)
-    for rank, index in enumerate(order):
-        placed[index] = heights[rank]
-    return placed
 
 
 _paper = partial(four_panels, methods=METHODS, energy=(-50.0, 40.0), magnified=50)

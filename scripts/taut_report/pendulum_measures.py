@@ -15,7 +15,7 @@ ENERGY_SCALE = MASS * GRAVITY * LENGTH
 
 
 def elliptic_k(k: float) -> float:
-    """Returns the complete elliptic integral of the first kind of modulus k, by the arithmetic-geometric mean."""
+    """Returns the complete elliptic integral of the first kind of modulus k (arithmetic-geometric mean)."""
     a, b = 1.0, math.sqrt(1.0 - k * k)
     while abs(a - b) > 1e-15 * a:
         a, b = (a + b) / 2.0, math.sqrt(a * b)
