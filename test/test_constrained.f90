@@ -314,7 +314,7 @@ contains
       system = new_particle(driven_pivot, rate=1.0_wp, amplitude=0.2_wp)
       do i = 1, 3
          method%weight = weight(i)
-         at = state(0.0_wp, [0.6_wp, -0.8_wp], [0.0_wp, 0.0_wp])
+         at = state(0.0_wp, [0.6_wp, -0.8_wp], [0.0_wp, 0.2_wp])
          call simulate(system, at, 3.0_wp, result, error, method, tight(1.0e-11_wp))
          call no_error(failure, error)
          moved(i) = at

@@ -2,6 +2,7 @@
 program tester
    use, intrinsic :: iso_fortran_env, only: output_unit
    use testing, only: outcome_t, run_suite
+   use test_allocation, only: collect_allocation
    use test_case, only: collect_case
    use test_linalg, only: collect_linalg
    use test_constrained, only: collect_constrained
@@ -18,6 +19,7 @@ program tester
    call run_suite('ode', collect_ode(), trim(only), outcome)
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
+   call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'

@@ -22,7 +22,7 @@ from taut_report.pendulum_measures import ENERGY_SCALE, LENGTH, PERIOD
 METHODS = ("baseline", "present", "baumgarte", "braun-goldfarb")
 
 
-_RAW = {"color": "#0072B2", "alpha": 0.5, "linewidth": 0.7, "zorder": 1.5}
+_RAW = {"color": style.METHODS["present"].color, "alpha": 0.5, "linewidth": 0.7, "zorder": 1.5}
 _CIRCLE = {"color": "#cbd5e1", "linewidth": 5.0, "zorder": 1}
 _TOLERANCE = {"color": style.GRAY, "linewidth": 0.9, "linestyle": (0, (4, 3)), "zorder": 1.2}
 _WEDGE = {"color": "#e9ecf1", "linewidth": 0, "zorder": 0}

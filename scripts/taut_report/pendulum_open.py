@@ -51,8 +51,8 @@ def error_test(results: Results) -> tuple[Paragraph | Table, ...]:
             "difference of the 5th and the 4th order solution, without absolute values on either side. An "
             "error of the wrong sign is never rejected, however large, and where y is negative the "
             "relative tolerance does not count. The option "
-            '`step_control = "odepkg-2009"` does exactly this; it is there to meet the paper’s numbers, not for use. '
-            "The default is an honest test."
+            '`step_control = "odepkg-2009"` does exactly this; it is there to meet the paper’s numbers, '
+            "not for use. The default is an honest test."
         ),
         Table(
             "The four methods under both error tests; E is the energy change after 10 s.",
@@ -106,7 +106,7 @@ def sign(results: Results) -> tuple[Paragraph | Table, ...]:
     """Shows from the multiplier what the printed sign of Eq. (8) would do."""
     case = results.case(TIGHT)
     run = case.run("baseline")
-    # A xddot - b'' is 2 (A a - b'') with the printed sign, and A a - b'' = A M^-1 A' lambda = lambda / m here.
+    # With the printed sign A xddot - b'' is 2 (A a - b''); and A a - b'' = A M^-1 A' lambda, here lambda / m.
     printed = 2.0 * float(abs(run["lambda"]).max()) / MASS
     kept = case.number("baseline", "max_phiddot")
     return (

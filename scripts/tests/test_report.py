@@ -1,0 +1,215 @@
+"""The report: verdicts follow the numbers, and page and text say the same."""
+
+import html
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from report_results import ALL, Made, write_all, write_case
+from taut_report import cases, claims, claims_energy, pendulum_chapter, report
+from taut_report.data import DataError, Results
+from taut_report.document import Claim, Table, Verdict
+from taut_report.formats import energy_label, listed, number
+from taut_report.pendulum_measures import PERIOD, period, tension_error
+
+SCRIPTS = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return Results(write_all(tmp_path_factory.mktemp("results")))
+
+
+@pytest.fixture(scope="module")
+def document(results: Results) -> report.Report:
+    return report.build(results)
+
+
+def judged(tmp_path: Path, judge, *arguments: object, **changed: dict[str, Made]) -> Claim:  # noqa: ANN001
+    return judge(Results(write_all(tmp_path, **changed)), *arguments)
+
+
+def test_step_counts_of_the_signed_test_alone_make_a_condition(results: Results) -> None:
+    claim = claims.step_count(results, "figure1", 200)
+    assert claim.verdict is Verdict.CONDITION and "signed" in claim.because
+    assert "206, 185, 214" in claim.taut and "102, 102, 104" in claim.taut
+
+
+def test_a_step_count_that_is_off_is_not_reproduced(tmp_path: Path) -> None:
+    claim = judged(tmp_path, claims.step_count, "figure1", 200, figure1={"baseline": Made(300, 0.0)})
+    assert claim.verdict is Verdict.NO and claim.because
+
+
+def test_step_counts_met_by_both_tests_need_no_condition(tmp_path: Path) -> None:
+    near = {m: Made(200, 0.0) for m in ("baseline", "present", "baumgarte")}
+    claim = judged(tmp_path, claims.step_count, "figure1", 200, figure1_standard=near)
+    assert claim.verdict is Verdict.YES and not claim.because
+
+
+def test_compliance_is_lost_above_the_tolerance(results: Results, tmp_path: Path) -> None:
+    assert claims.compliance(results).verdict is Verdict.YES
+    claim = judged(tmp_path, claims.compliance, figure2={"present": Made(790, 0.0, 2e-12)})
+    assert claim.verdict is Verdict.NO
+
+
+def test_energy_per_period_is_judged_by_its_worst_period(results: Results, tmp_path: Path) -> None:
+    claim = claims_energy.small_energy_change(results)
+    assert claim.verdict is Verdict.CONDITION and "position" in claim.because
+    # 1.6 mJ in 10 s, spread evenly, are 0.0039 % of 9.81 J in each period.
+    assert "0.0039" in claim.taut
+    large = {"present": Made(185, -9.9e-4 * 10 / PERIOD)}
+    claim = judged(tmp_path, claims_energy.small_energy_change, figure1=large)
+    assert claim.verdict is Verdict.NO
+
+
+def test_a_reduction_and_the_other_methods(results: Results, tmp_path: Path) -> None:
+    assert claims_energy.reduction(results).verdict is Verdict.CONDITION
+    assert claims_energy.unlike_the_others(results).because == "baseline and Baumgarte (2, 2) lose energy too"
+    gain = {m: Made(200, 0.01) for m in ("present", "baseline", "baumgarte")}
+    changed = Results(write_all(tmp_path, figure1=gain))
+    assert claims_energy.reduction(changed).verdict is Verdict.NO
+    assert claims_energy.unlike_the_others(changed).verdict is Verdict.YES
+
+
+def test_tightening(results: Results, tmp_path: Path) -> None:
+    verdicts = [claims_energy.tightening(results, m).verdict for m in ("baseline", "baumgarte", "present")]
+    assert verdicts == [Verdict.CONDITION, Verdict.CONDITION, Verdict.YES]
+    claim = judged(tmp_path, claims_energy.tightening, "present", figure2={"present": Made(790, -1e-3)})
+    assert claim.verdict is not Verdict.YES
+
+
+def test_braun_goldfarb_between_two_values_of_dt(results: Results, tmp_path: Path) -> None:
+    assert claims.tight_braun_goldfarb(results).verdict is Verdict.CONDITION
+    few = {"braun-goldfarb-0.05": Made(1200, 0.0)}
+    assert judged(tmp_path, claims.tight_braun_goldfarb, options2=few).verdict is Verdict.NO
+
+
+def test_larger_gains_only_where_they_were_run(results: Results, tmp_path: Path) -> None:
+    assert claims.larger_gains(results) == ()
+    write_case(
+        tmp_path,
+        "gains",
+        {"baumgarte-2": Made(743, 0, 6e-10, 9e-10), "baumgarte-50": Made(5293, 0, 2e-11, 1e-9)},
+    )
+    (claim,) = claims.larger_gains(Results(tmp_path))
+    assert claim.verdict is Verdict.YES and "743 → 5,293" in claim.taut
+    write_case(
+        tmp_path,
+        "gains",
+        {"baumgarte-2": Made(743, 0, 6e-10, 9e-10), "baumgarte-50": Made(700, 0, 2e-9, 1e-9)},
+    )
+    (claim,) = claims.larger_gains(Results(tmp_path))
+    assert claim.verdict is Verdict.NO and "shrink" in claim.because and "steps" in claim.because
+
+
+def test_closed_forms_on_an_exact_run(results: Results, tmp_path: Path) -> None:
+    run = results.case("figure2").run("present")
+    assert period(run) == pytest.approx(PERIOD, rel=1e-7)
+    assert PERIOD == pytest.approx(2.36784195, abs=1e-8)
+    assert tension_error(run) < 1e-12
+    assert claims.closed_period(results).verdict is Verdict.YES
+    path = write_all(tmp_path) / "figure2" / "present.csv"
+    lines = path.read_text().splitlines()
+    lines[5:] = [re.sub(r"^[^,]+", lambda t: str(1.001 * float(t[0])), line) for line in lines[5:]]
+    path.write_text("\n".join(lines))
+    assert claims.closed_period(Results(tmp_path)).verdict is Verdict.NO
+
+
+def test_the_page_holds_every_table_and_figure_and_needs_nothing_else(document: report.Report) -> None:
+    page = report.html(document)
+    assert not re.search(r"https?://|<script|<link|@import|url\(", page)
+    blocks = [
+        block for chapter in document.chapters for section in chapter.sections for block in section.blocks
+    ]
+    tables = [block for block in blocks if isinstance(block, Table)]
+    assert page.count("<table") == len(tables) + len(document.chapters)
+    assert page.count('src="data:image/png;base64,') == 3
+    assert "prefers-color-scheme: dark" in page and "@media print" in page
+
+
+def test_text_and_page_have_the_same_numbers(document: report.Report) -> None:
+    page = re.sub(r"<style>.*?</style>|<[^>]*>", " ", report.html(document), flags=re.S)
+    # Wide enough that no cell is wrapped.
+    text = report.plain(document, 2000)
+    words = re.compile(r"[+−]?\d[\d.,]*\d|\d")
+    clean = html.unescape(page).replace("\u00a0", " ")
+    assert set(words.findall(clean)) == set(words.findall(re.sub(r"\S*\.pdf", "", text)))
+
+
+def test_the_text_keeps_to_its_width(document: report.Report) -> None:
+    lines = report.plain(document).splitlines()
+    assert max(len(line) for line in lines if not line.endswith(".pdf")) <= report.WIDTH
+    assert lines[0] == report.TITLE and "The paper says" in "\n".join(lines[:12])
+
+
+def test_a_run_that_ended_early_is_told(tmp_path: Path) -> None:
+    early = {"baseline": Made(206, -0.027, status="max-steps")}
+    built = report.build(Results(write_all(tmp_path, figure1=early)))
+    warning = "In case figure1 these runs did not reach the end: baseline (max-steps)."
+    assert built.chapters[0].warnings == (warning,)
+    assert warning in report.html(built) and warning in report.plain(built)
+
+
+def test_the_script_writes_both_and_prints_the_text(results: Results) -> None:
+    command = [sys.executable, str(SCRIPTS / "report"), "--results", str(results.root)]
+    ended = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=True)
+    assert ended.stdout.splitlines()[-1].startswith("report: ")
+    assert "reproduced" in ended.stdout
+    assert (results.root / "report.html").stat().st_size > 100_000 and (results.root / "report.txt").exists()
+
+
+def test_a_missing_summary_column_is_told_in_one_line(tmp_path: Path) -> None:
+    path = write_all(tmp_path) / "figure1" / "summary.csv"
+    path.write_text(path.read_text().replace("max_phi,", "other,"))
+    with pytest.raises(DataError, match=r"figure1/summary\.csv: no column 'max_phi'; it has case, method"):
+        claims.compliance(Results(tmp_path))
+
+
+def test_numbers_as_they_are_read() -> None:
+    assert number(-0.0272, 2, "J") == "−0.027\u00a0J"
+    assert number(7.4e-8) == "7.4\u00a0×\u00a010⁻⁸"
+    assert (
+        number(9.99e-4, 2) == "0.0010" and number(0.0) == "0" and number(3.4e-5, plus=True).startswith("+3.4")
+    )
+    assert energy_label(-7.38e-8) == "−73.8 nJ" and energy_label(0.0332) == "+33.2 mJ"
+    assert listed(["a"]) == "a" and listed(["a", "b", "c"]) == "a, b and c"
+
+
+def test_cases_run_with_the_program_of_their_folder(tmp_path: Path) -> None:
+    program = tmp_path / "bin" / "swing"
+    program.parent.mkdir()
+    program.write_text(
+        '#!/bin/sh\ncase $1 in *bad.nml) echo "swing: wrong" >&2; exit 1;; esac\necho $1 >> "$3"\n'
+    )
+    program.chmod(0o755)
+    folder = tmp_path / "cases" / "swing"
+    folder.mkdir(parents=True)
+    for name in ("one", "two"):
+        (folder / f"{name}.nml").touch()
+    told: list[int] = []
+    jobs = cases.find(tmp_path / "cases", program.parent)
+    cases.run_all(jobs, tmp_path / "out", 2, lambda done, job: told.append(done))
+    assert told == [1, 2] and len((tmp_path / "out").read_text().splitlines()) == 2
+    (folder / "bad.nml").touch()
+    jobs = cases.find(tmp_path / "cases", program.parent)
+    with pytest.raises(DataError, match=r"bad\.nml failed: swing: wrong"):
+        cases.run_all(jobs, tmp_path / "out", 1, lambda done, job: None)
+
+
+def test_cases_without_a_program_or_with_the_same_name_are_refused(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / "cases" / name).mkdir(parents=True)
+        (tmp_path / "cases" / name / "same.nml").touch()
+    with pytest.raises(DataError, match="has not been built"):
+        cases.find(tmp_path / "cases", tmp_path)
+    for name in ("a", "b"):
+        (tmp_path / name).touch()
+        (tmp_path / name).chmod(0o755)
+    with pytest.raises(DataError, match="same folder"):
+        cases.find(tmp_path / "cases", tmp_path)
+
+
+def test_every_made_up_case_is_one_the_report_reads() -> None:
+    assert set(pendulum_chapter.CASES) == set(ALL)

@@ -1,0 +1,130 @@
+!> Nothing is allocated inside a step: ten times the steps, the same number of heap allocations.
+module test_allocation
+   use, intrinsic :: iso_fortran_env, only: int64
+   use allocation_counter, only: allocations
+   use systems, only: new_compound, new_coupler, new_particle, sleigh
+   use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
+                   mechanical_system_t, method_names, method_t, state_t, wp
+   use taut_model_pendulum, only: new_pendulum, pendulum_t
+   use testing, only: check, new_test, no_error, test_t
+   implicit none (type, external)
+   private
+   public :: collect_allocation
+
+contains
+
+   !> All tests of this module.
+   function collect_allocation() result(tests)
+      type(test_t), allocatable :: tests(:)
+
+      tests = [new_test('the counter counts', counter_counts), &
+               new_test('no method allocates inside a step', methods_do_not_allocate), &
+               new_test('no solver allocates inside a step', solvers_do_not_allocate), &
+               new_test('no kind of system allocates inside a step', systems_do_not_allocate)]
+   end function collect_allocation
+
+   subroutine counter_counts(failure)
+      character(:), allocatable, intent(inout) :: failure
+      real(wp), allocatable :: some(:)
+      integer(int64) :: before
+
+      before = allocations
+      allocate (some(1000), source=1.0_wp)
+      call check(failure, allocations > before .and. size(some) == 1000, 'an allocation is seen')
+   end subroutine counter_counts
+
+   !> Allocations of one integration, and its steps.
+   subroutine count_run(model, x, v, method, t_end, counted, steps, failure)
+      class(mechanical_system_t), intent(in) :: model
+      real(wp), intent(in) :: x(:), v(:), t_end
+      type(method_t), intent(in) :: method
+      integer(int64), intent(out) :: counted
+      integer, intent(out) :: steps
+      character(:), allocatable, intent(inout) :: failure
+      type(constrained_ode_t) :: ode
+      type(integrator_t) :: integrator
+      type(integration_options_t) :: options
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      type(state_t) :: at
+      real(wp), allocatable :: y(:)
+      integer(int64) :: before
+      real(wp) :: t
+
+      options%max_step = 0.01_wp
+      call ode%init(model, method, error)
+      call no_error(failure, error)
+      call integrator%init(ode%size(), options, error)
+      allocate (at%x, source=x)
+      allocate (at%v, source=v)
+      allocate (at%w(0), y(ode%size()))
+      call ode%pack(at, y)
+      t = 0.0_wp
+      before = allocations
+      call integrator%run(ode, t, y, t_end, result)
+      counted = allocations - before
+      steps = result%steps
+   end subroutine count_run
+
+   subroutine compare_runs(name, model, x, v, method, failure)
+      character(*), intent(in) :: name
+      class(mechanical_system_t), intent(in) :: model
+      real(wp), intent(in) :: x(:), v(:)
+      type(method_t), intent(in) :: method
+      character(:), allocatable, intent(inout) :: failure
+      integer(int64) :: few, many
+      integer :: steps_few, steps_many
+
+      call count_run(model, x, v, method, 0.1_wp, few, steps_few, failure)
+      call count_run(model, x, v, method, 1.0_wp, many, steps_many, failure)
+      call check(failure, steps_many > 5*steps_few, name//': more steps')
+      call check(failure, many == few, name//': more allocations for more steps')
+   end subroutine compare_runs
+
+   subroutine methods_do_not_allocate(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: model
+      type(method_t) :: method
+      type(error_t), allocatable :: error
+      integer :: i
+
+      call new_pendulum(model, 1.0_wp, 1.0_wp, 9.81_wp, 1, error)
+      method%stiffness = 1.0e3_wp
+      do i = 1, size(method_names)
+         method%name = method_names(i)
+         call compare_runs(trim(method%name), model, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], method, failure)
+      end do
+      method%name = 'present'
+      method%stage_projection = 'none'
+      call compare_runs('stages not projected', model, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], method, failure)
+      method%form = 'force'
+      method%weight = 'given'
+      call compare_runs('force form', model, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], method, failure)
+   end subroutine methods_do_not_allocate
+
+   subroutine solvers_do_not_allocate(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(len=16), parameter :: solvers(3) = [character(len=16) :: 'auto', 'dgelsd', 'factor']
+      type(pendulum_t) :: model
+      type(method_t) :: method
+      type(error_t), allocatable :: error
+      integer :: i
+
+      call new_pendulum(model, 1.0_wp, 1.0_wp, 9.81_wp, 3, error)
+      do i = 1, size(solvers)
+         method%solver = solvers(i)
+         call compare_runs(trim(solvers(i)), model, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], method, failure)
+      end do
+   end subroutine solvers_do_not_allocate
+
+   subroutine systems_do_not_allocate(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(method_t) :: method
+
+      call compare_runs('coupler', new_coupler(3), [0.6_wp, -0.8_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], method, failure)
+      call compare_runs('compound pendulum', new_compound(), [0.3_wp, -0.4_wp, 0.8_wp, 0.6_wp], [0.0_wp, 0.0_wp, 0.0_wp], &
+                        method, failure)
+      call compare_runs('sleigh', new_particle(sleigh), [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1.0_wp], method, failure)
+   end subroutine systems_do_not_allocate
+
+end module test_allocation
