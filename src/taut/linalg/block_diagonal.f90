@@ -188,6 +188,10 @@ contains
       end if
       do i = 1, size(self%first) - 1
          s = self%first(i + 1) - self%first(i)
+         ! Blocks of zeros, those of bodies without a constraint, stay zero.
+         if (m > 1) then
+            if (.not. any(abs(b(self%first(i):self%first(i) + s - 1, :)) > 0.0_wp)) cycle
+         end if
          call dpotrs('L', s, m, self%factor(self%offset(i) + 1), s, b(self%first(i), 1), self%n, info)
       end do
    end subroutine solve

@@ -36,6 +36,8 @@ module taut_linalg_weighted_projection
       integer, private :: solver = solver_auto
       real(wp), private :: rcond_factor = 1.0e-9_wp
       real(wp), allocatable, private :: a_linvt(:, :), row(:), ones(:), z(:)
+      integer, private :: columns = 0
+      integer, allocatable, private :: column(:)
       type(singular_value_inverse_t), private :: root
    contains
       procedure :: init
@@ -70,6 +72,7 @@ contains
       end if
       call self%s_plus%init(c)
       allocate (self%s(c, c), self%kinv_at(n, c), self%z(n), source=0.0_wp)
+      allocate (self%column(n), source=0)
       if (solver == solver_factor) then
          allocate (self%a_linvt(c, n), self%row(c), source=0.0_wp)
          allocate (self%ones(n), source=1.0_wp)
@@ -92,6 +95,7 @@ contains
       !> See `compute` of `pseudo_inverse_t`.
       real(wp), intent(in) :: noise
       integer :: c, i, j, l, n
+      logical :: touched
       real(wp) :: t
 
       c = self%c
@@ -102,24 +106,36 @@ contains
          call update_single(self, a, k, identity, info)
          return
       end if
+      ! Columns of zeros belong to coordinates that no constraint touches: they, and whole blocks of them, are left out.
+      self%columns = 0
       do j = 1, n
+         touched = .false.
          do i = 1, c
+            if (.not. ieee_is_finite(a(i, j))) then
+               info = 1
+               return
+            end if
             self%kinv_at(j, i) = a(i, j)
+            touched = touched .or. abs(a(i, j)) > 0.0_wp
          end do
+         if (touched) then
+            self%columns = self%columns + 1
+            self%column(self%columns) = j
+         end if
       end do
       if (self%solver == solver_factor) then
          call update_factor(self, k, identity, info, noise)
          return
       end if
       if (.not. identity) call k%solve(c, self%kinv_at)
-      if (c*c*n > small) then
+      if (c*c*self%columns > small) then
          call dgemm('N', 'N', c, c, n, 1.0_wp, a, size(a, 1), self%kinv_at, n, 0.0_wp, self%s, c)
       else
          do j = 1, c
             do i = 1, c
                t = 0.0_wp
-               do l = 1, n
-                  t = t + a(i, l)*self%kinv_at(l, j)
+               do l = 1, self%columns
+                  t = t + a(i, self%column(l))*self%kinv_at(self%column(l), j)
                end do
                self%s(i, j) = t
             end do

@@ -1,0 +1,50 @@
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def pendulum() -> Path:
+    # The release build is the one that users run. fpm itself tells where it puts it, for a build folder may
+    # hold programs made with several sets of flags.
+    command = ["fpm", "run", "pendulum", "--profile", "release", "--runner", "echo"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return ROOT / done.stdout.strip().splitlines()[-1].strip()
+
+
+@pytest.fixture(scope="session")
+def environment() -> dict[str, str]:
+    return os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+
+
+@pytest.fixture
+def run(pendulum: Path, environment: dict[str, str], tmp_path: Path) -> Run:
+    """Runs the pendulum in a folder of its own, with any arguments."""
+
+    def run_in_folder(*arguments: str | Path, **options: object) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [pendulum, *arguments],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=120,
+            check=False,
+            **options,
+        )
+
+    return run_in_folder

@@ -1,0 +1,307 @@
+"""Bad input: one line that names the place, the fault and a remedy; and nothing half-written."""
+
+import csv
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+SHORT = "&integration t_end = 0.1 /\n"
+
+
+def write(path: Path, text: str | bytes) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def files(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.is_file()) if folder.is_dir() else []
+
+
+def assert_refused(done: subprocess.CompletedProcess[str], *parts: str, code: int = 1) -> None:
+    """Checks for an exit code and for one line `pendulum: place: fault; remedy` that has all of the parts."""
+    assert done.returncode == code, done.stderr
+    lines = done.stderr.splitlines()
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("pendulum: ")
+    for part in parts:
+        assert part in lines[0]
+    fault, _, remedy = lines[0].partition("; ")
+    assert fault.count(": ") >= 2, "there is no place before the fault"
+    assert remedy.strip(), "there is no remedy"
+    assert "  " not in lines[0]
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+VALUES = {
+    "unknown entry": ("&pendulum\n\n  masss = 1.0 /", "case.nml:3: &pendulum", "no entry masss", "mass,"),
+    "word for a number": ("&pendulum\n  mass = heavy /", "case.nml:2: &pendulum", "mass = heavy", "type"),
+    "text for a number": ('&pendulum mass = "1" /', "case.nml:1: &pendulum", 'mass = "1"', "type"),
+    "unit after a number": ("&pendulum mass = 1 kg /", "case.nml:1: &pendulum", "mass = 1 kg", "type"),
+    "two numbers for one": ("&pendulum mass = 1.0 2.0 /", "case.nml:1: &pendulum", "mass = 1.0 2.0"),
+    "three coordinates": ("&pendulum position = 1, 2, 3 /", "&pendulum", "position = 1, 2, 3"),
+    "a third coordinate": ("&pendulum position(3) = 1 /", "&pendulum", "position(3) = 1"),
+    "fraction for an integer": (
+        "&pendulum constraint_copies = 1.5 /",
+        "&pendulum",
+        "constraint_copies = 1.5",
+    ),
+    "text without quotes": ("&method name = present /", "&method", "name = present", "quotation"),
+    "negative mass": ("\n&pendulum mass = -1 /", "case.nml:2: &pendulum", "mass = -1", "kg"),
+    "zero mass": ("&pendulum mass = 0 /", "&pendulum", "mass = 0", "kg"),
+    "zero length": ("\n\n&pendulum length = 0.0 /", "case.nml:3: &pendulum", "length = 0", "in m"),
+    "no copies": ("&pendulum constraint_copies = 0 /", "&pendulum", "constraint_copies = 0"),
+    "mass not a number": ("&pendulum mass = nan /", "&pendulum", "mass = NaN"),
+    "gravity not a number": ("&pendulum gravity = nan /", "&pendulum", "gravity"),
+    "position not a number": ("&pendulum position = nan, 0 /", "&pendulum", "position"),
+    "mass not finite": ("&pendulum mass = inf /", "&pendulum", "mass = Inf"),
+    "length too large": ("&pendulum length = 1e400 /", "&pendulum", "length"),
+    "end not a number": ("&integration t_end = nan /", "&integration", "t_end"),
+    "tolerance not a number": ("&integration rtol = nan /", "&integration", "rtol = NaN"),
+    "spacing not a number": ("&output dt = nan /", "&output", "dt = NaN"),
+    "zero tolerance": ("\n&integration rtol = 0 /", "case.nml:2: &integration", "rtol = 0", "1e-6"),
+    "negative tolerance": ("&integration atol = -1e-6 /", "&integration", "atol = -1", "1e-9"),
+    "negative step": ("&integration max_step = -1 /", "&integration", "max_step = -1"),
+    "unknown step control": ('&integration step_control = "odd" /', "&integration", '"odd"', "odepkg-2009"),
+    "unknown method": ('\n&method name = "newmark" /', "case.nml:2: &method", '"newmark"', '"present"'),
+    "unknown weight": ('&method name = "present", weight = "w" /', "&method", 'weight = "w"', '"mass"'),
+    "penalty without stiffness": ('&method name = "penalty" /', "&method", "stiffness = 0"),
+    "label with a slash": ('&method name = "present", label = "a/b" /', "&method", '"a/b"', "letters"),
+    "label of a parent": ('&method name = "present", label = ".." /', "&method", '".."'),
+    "label of the summary": ('&method name = "present", label = "summary" /', "&method", '"summary"'),
+    "duplicate labels": ('&method name = "present" /\n' * 2, "case.nml:2: &method", '"present"', "another"),
+    "no value": ("&pendulum\n mass = , length = 1 /", "case.nml:2: &pendulum", "mass has no value"),
+    "no last value": ("&pendulum mass = /", "case.nml:1: &pendulum", "mass has no value"),
+    "no equals sign": ("&pendulum mass 1 /", "case.nml:1: &pendulum", '"mass"', "name = value"),
+    "duplicate entry": ("&pendulum mass = 1\n mass = 2 /", "case.nml:2: &pendulum", "mass is given twice"),
+    "duplicate group": ("&pendulum mass = 1 /\n&pendulum mass = 2 /", "case.nml:2: &pendulum", "twice"),
+    "unknown group": ("\n&pendulums mass = 1 /", "case.nml:2:", "&pendulums", "&pendulum,"),
+    "unnamed group": ("& mass = 1 /", "case.nml:1:", "&pendulum,"),
+    "open group": ("&pendulum\n mass = 1\n", "case.nml:1:", "&pendulum", "end it with /"),
+    "open quotation": ('&method name = "present /\n', "case.nml:1:", "&method", "quotation"),
+    "text outside": ("&pendulum /\nmass = 1\n", "case.nml:2:", '"mass"'),
+    "binary garbage": (b"\x7fELF\x02\x01\x00\xff\xfe\n\x00\x01\n", "case.nml:1:", "outside a group"),
+    "empty file": ("", "case.nml:", "no group", "&pendulum"),
+    "nothing but a comment": ("! mass = 1\n", "case.nml:", "no group", "&pendulum"),
+    "start at the pivot": (
+        "&pendulum position = 0, 0 /",
+        "case.nml:",
+        "initial state",
+        "constraint 1",
+        "closer",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", VALUES.values(), ids=VALUES)
+def test_case_file_is_refused(run: Run, tmp_path: Path, case: tuple[str | bytes, ...]) -> None:
+    text, *parts = case
+    write(tmp_path / "case.nml", text)
+    assert_refused(run("case.nml", "--out", "out"), *parts)
+    assert not (tmp_path / "out").exists()
+
+
+def test_second_case_file_is_read_before_the_first_is_run(run: Run, tmp_path: Path) -> None:
+    write(tmp_path / "good.nml", SHORT)
+    write(tmp_path / "bad.nml", "&pendulum mass = -1 /")
+    done = run("good.nml", "bad.nml", "--out", "out")
+    assert_refused(done, "bad.nml:1: &pendulum")
+    assert done.stdout == ""
+    assert not (tmp_path / "out").exists()
+
+
+def test_missing_case_file(run: Run, tmp_path: Path) -> None:
+    assert_refused(run("nowhere/case.nml", "--out", "out"), "nowhere/case.nml", "no such case file", "path")
+    assert not (tmp_path / "out").exists()
+
+
+def test_folder_as_case_file(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "case.nml").mkdir()
+    assert_refused(run("case.nml", "--out", "out"), "case.nml", "cannot be")
+    assert not (tmp_path / "out").exists()
+
+
+def test_case_files_of_one_name(run: Run, tmp_path: Path) -> None:
+    write(tmp_path / "a" / "case.nml", SHORT)
+    write(tmp_path / "b" / "case.nml", SHORT)
+    assert_refused(run("a/case.nml", "b/case.nml", "--out", "out"), "b/case.nml", "a/case.nml")
+    assert_refused(run("a/case.nml", "./a/case.nml", "--out", "out"), "./a/case.nml", "a/case.nml")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["case.nml", "--bogus"], "--bogus"),
+        (["case.nml", "-q"], "-q"),
+        (["case.nml", "--out"], "--out"),
+        (["case.nml", "--out", ""], "--out"),
+        (["case.nml", "--out", "--quiet"], "--out"),
+        (["case.nml", "case.nml"], "case.nml"),
+        (["case.nml", ""], "empty argument"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_command_line_is_refused(run: Run, tmp_path: Path, arguments: list[str], part: str) -> None:
+    write(tmp_path / "case.nml", SHORT)
+    assert_refused(run(*arguments), "command line", part, code=2)
+    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
+
+
+@pytest.mark.parametrize("out", ["taken", "taken/below", "/dev/null/x", "/proc/x"])
+def test_folder_that_cannot_be_written(run: Run, tmp_path: Path, out: str) -> None:
+    write(tmp_path / "case.nml", SHORT)
+    write(tmp_path / "taken", "a file in the place of the folder")
+    done = run("case.nml", "--out", out)
+    assert_refused(done, out, "cannot be written", "--out")
+    assert done.stdout == ""
+    assert (tmp_path / "taken").read_text() == "a file in the place of the folder"
+
+
+@pytest.mark.parametrize("name", ["present.csv", "summary.csv"])
+def test_folder_in_the_place_of_a_result(run: Run, tmp_path: Path, name: str) -> None:
+    write(tmp_path / "case.nml", SHORT)
+    (tmp_path / "out" / "case" / name).mkdir(parents=True)
+    assert_refused(run("case.nml", "--out", "out", "--quiet"), f"out/case/{name}", "place")
+    assert [path.name for path in files(tmp_path / "out")] == (
+        ["present.csv"] if name == "summary.csv" else []
+    )
+
+
+def older_results(tmp_path: Path) -> Path:
+    """Results of an earlier run, which a failed one must leave as they are."""
+    folder = tmp_path / "out" / "case"
+    write(folder / "present.csv", "older run")
+    write(folder / "summary.csv", "older summary")
+    return folder
+
+
+def assert_older_results(folder: Path) -> None:
+    named = [path.name for path in files(folder) if path.suffix != ".part"]
+    assert named == ["present.csv", "summary.csv"]
+    assert (folder / "present.csv").read_text() == "older run"
+    assert (folder / "summary.csv").read_text() == "older summary"
+
+
+def test_file_size_limit(run: Run, tmp_path: Path) -> None:
+    # Whether the limit ends the program by its signal or is reported like a full disk is up to the compiler's
+    # library; in both cases nothing has the final name but what had it before.
+    folder = older_results(tmp_path)
+    write(tmp_path / "case.nml", "&integration t_end = 100 /")
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+    done = run("case.nml", "--out", "out", "--quiet", preexec_fn=limit, restore_signals=False)
+    assert done.returncode != 0
+    assert_older_results(folder)
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    folder = tmp_path / "out"
+    folder.mkdir()
+    mount = shutil.which("mount")
+    if os.geteuid() != 0 or mount is None:
+        pytest.skip("only root can mount a small disk")
+    command = [mount, "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(folder)]
+    if subprocess.run(command, capture_output=True, check=False).returncode != 0:
+        pytest.skip("a small disk cannot be mounted here")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+def test_full_disk(run: Run, tmp_path: Path, small_disk: Path) -> None:
+    folder = older_results(tmp_path)
+    write(tmp_path / "case.nml", "&integration t_end = 100 /")
+    assert_refused(run("case.nml", "--out", "out", "--quiet"), "out/case/present.csv", "room on the disk")
+    assert_older_results(folder)
+    assert len(files(folder)) == 2, "a temporary file is left and fills the disk"
+
+
+def test_full_disk_at_the_end(run: Run, tmp_path: Path, small_disk: Path) -> None:
+    # Few rows stay in a buffer until the file is closed: a failure that only the close can report.
+    folder = older_results(tmp_path)
+    write(tmp_path / "case.nml", "&integration t_end = 0.2 /")
+    filler = small_disk / "filler"
+    with pytest.raises(OSError, match="No space left"), filler.open("wb", buffering=0) as file:
+        while True:
+            file.write(bytes(4096))
+    assert_refused(run("case.nml", "--out", "out", "--quiet"), "out/case/present.csv", "room on the disk")
+    filler.unlink()
+    assert_older_results(folder)
+    assert len(files(folder)) == 2
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT], ids=lambda n: n.name)
+def test_killed_run(pendulum: Path, tmp_path: Path, number: signal.Signals) -> None:
+    write(tmp_path / "case.nml", "&integration t_end = 1e6 /")
+    process = subprocess.Popen([pendulum, "case.nml", "--out", "out", "--quiet"], cwd=tmp_path)
+    try:
+        deadline = time.monotonic() + 60
+        while not any(path.stat().st_size > 100_000 for path in files(tmp_path / "out")):
+            assert time.monotonic() < deadline and process.poll() is None
+            time.sleep(0.02)
+        process.send_signal(number)
+        assert process.wait(timeout=60) != 0
+    finally:
+        process.kill()
+        process.wait()
+    assert all(path.suffix == ".part" for path in files(tmp_path / "out"))
+
+
+def test_run_that_ends_early(run: Run, tmp_path: Path) -> None:
+    write(tmp_path / "case.nml", "&integration max_steps = 10 /")
+    done = run("case.nml", "--out", "out", "--quiet")
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 1
+    for part in ("case", "present", "max_steps = 10", "; "):
+        assert part in done.stderr
+    folder = tmp_path / "out" / "case"
+    assert [path.name for path in files(folder)] == ["present.csv", "summary.csv"]
+    (summary,) = rows(folder / "summary.csv")
+    points = rows(folder / "present.csv")
+    assert summary["status"] == "too-many-steps"
+    assert int(summary["steps"]) + int(summary["rejected"]) == 10
+    assert len(points) == int(summary["steps"]) + 1
+    assert float(points[-1]["t"]) == float(summary["t_end"]) > 0.0
+
+
+def test_other_methods_run_when_one_ends_early(run: Run, tmp_path: Path) -> None:
+    # Stiffness bounds the steps of the penalty method, so that it alone runs out of them.
+    text = "&integration t_end = 1, max_steps = 500 /\n"
+    text += '&method name = "penalty", stiffness = 1e10, damping = 1e4 /\n&method name = "present" /\n'
+    write(tmp_path / "case.nml", text)
+    done = run("case.nml", "--out", "out", "--quiet")
+    assert done.returncode == 1
+    summary = rows(tmp_path / "out" / "case" / "summary.csv")
+    assert {row["method"]: row["status"] for row in summary} == {
+        "penalty": "too-many-steps",
+        "present": "reached-end",
+    }
+
+
+def test_good_input(run: Run, tmp_path: Path) -> None:
+    # What the tests above look for must be missing here, or they would pass with any program.
+    write(tmp_path / "case.nml", "&pendulum /\n" + SHORT)
+    done = run("case.nml", "--out", "out")
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert "present" in done.stdout
+    assert [path.name for path in files(tmp_path / "out" / "case")] == ["present.csv", "summary.csv"]
+    quiet = run("case.nml", "--out", "out", "--quiet")
+    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
