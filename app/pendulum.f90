@@ -4,7 +4,7 @@ program pendulum
    use taut_error, only: error_t
    use taut_version, only: version
    use taut_case_command_line, only: command_line_t, read_command_line, usage
-   use taut_case_namelist_file, only: namelist_file_t
+   use taut_case_namelist_file, only: check_names, namelist_file_t
    use taut_case_pendulum, only: read_pendulum
    use taut_case_run, only: check_start, run_case
    use taut_case_settings, only: settings_t
@@ -35,6 +35,8 @@ program pendulum
       if (.not. allocated(error)) call check_start(files(i), models(i), starts(i), settings(i), error)
       if (allocated(error)) call give_up(1)
    end do
+   call check_names(files, error)
+   if (allocated(error)) call give_up(1)
    all_ended = .true.
    do i = 1, size(files)
       call run_case(files(i), models(i), starts(i), settings(i), line%out, line%quiet, all_ended, error)

@@ -27,7 +27,8 @@ contains
               new_test('the operator by all solvers', all_solvers), &
               new_test('the operator of one row', one_row), &
               new_test('the operator without rows, and with a row of zeros', no_rows), &
-              new_test('the operator of a row that is not finite', bad_row)]
+              new_test('the operator of a row that is not finite', bad_row), &
+              new_test('redundant rows in very different units', different_units)]
    end function collect_weighted_projection
 
    subroutine blocks_against_dense(failure)
@@ -343,5 +344,28 @@ contains
          deallocate (onto)
       end do
    end subroutine bad_row
+
+   !> One constraint stated twice, and another one in a unit that makes it as small as you like: both are met exactly.
+   subroutine different_units(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(weighted_projection_t) :: onto
+      type(block_diagonal_t) :: none
+      real(wp) :: a(3, 2), d(2), lambda(3), u
+      integer :: info, j, k
+
+      do k = 1, 2
+         do j = 0, 12
+            u = 10.0_wp**(-j)
+            a = reshape([1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, u], [3, 2])
+            call onto%init(3, 2, solvers(k), 0.0_wp)
+            call onto%update(a, none, .true., info, 0.0_wp)
+            call check(failure, info == 0 .and. onto%rank == 2, 'rank at 1e-'//to_text(j))
+            d = [3.0_wp, 5.0_wp]
+            call onto%multipliers(matmul(a, d), lambda)
+            call onto%correction(lambda, d)
+            call check_below(failure, maxval(abs(d)), 1.0e-9_wp, 'what is left at 1e-'//to_text(j))
+         end do
+      end do
+   end subroutine different_units
 
 end module test_weighted_projection

@@ -8,7 +8,10 @@ program tester
    use test_constrained, only: collect_constrained
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
+   use test_projectors, only: collect_projectors
+   use test_settings, only: collect_settings
    use test_verify, only: collect_verify
+   use test_weighted_projection, only: collect_weighted_projection
    implicit none (type, external)
    type(outcome_t) :: outcome
    character(len=100) :: only
@@ -16,12 +19,15 @@ program tester
    only = ''
    if (command_argument_count() > 0) call get_command_argument(1, only)
    call run_suite('linalg', collect_linalg(), trim(only), outcome)
+   call run_suite('weighted projection', collect_weighted_projection(), trim(only), outcome)
+   call run_suite('projectors', collect_projectors(), trim(only), outcome)
    call run_suite('ode', collect_ode(), trim(only), outcome)
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
+   call run_suite('settings', collect_settings(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'
    if (outcome%failed > 0) stop 1, quiet=.true.
 end program tester

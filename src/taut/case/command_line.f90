@@ -61,6 +61,11 @@ contains
                return
             end if
             line%out = get(i)
+            if (index(line%out, '-') == 1) then
+               call raise(error, 'command line', '--out has no folder but the option '//line%out, &
+                          'write --out DIR (./'//line%out//' if that is its name)')
+               return
+            end if
             if (len(line%out) == 0) call raise(error, 'command line', '--out has an empty folder', 'write --out DIR')
          case ('')
             call raise(error, 'command line', 'there is an empty argument', 'give the paths of case files')

@@ -2,7 +2,7 @@
 module taut_case_csv
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_case_posix, only: move_file, process_id, remove_file
+   use taut_case_posix, only: move_file, output_file_t, process_id, remove_file
    implicit none (type, external)
    private
    public :: csv_t, number_text
@@ -12,7 +12,7 @@ module taut_case_csv
       !> Final path.
       character(:), allocatable :: path
       character(:), allocatable, private :: temporary
-      integer, private :: unit = 0
+      type(output_file_t), private :: file
       logical, private :: is_open = .false.
    contains
       procedure :: create
@@ -31,16 +31,12 @@ contains
       character(*), intent(in) :: path
       !> A folder that cannot be written.
       type(error_t), allocatable, intent(inout) :: error
-      character(len=200) :: message
-      integer :: status
 
       self%path = path
       self%temporary = path//'.'//to_text(process_id())//'.part'
-      open (newunit=self%unit, file=self%temporary, access='stream', form='formatted', action='write', status='replace', &
-            iostat=status, iomsg=message)
-      self%is_open = status == 0
-      if (status /= 0) call raise(error, path, 'the file cannot be written: '//trim(message), &
-                                  'choose a folder that can be written with --out')
+      call self%file%open(self%temporary, self%is_open)
+      if (.not. self%is_open) &
+         call raise(error, path, 'the file cannot be written', 'choose a folder that can be written with --out')
    end subroutine create
 
    !> Writes one line.
@@ -51,11 +47,11 @@ contains
       character(*), intent(in) :: line
       !> A disk that is full, for example.
       type(error_t), allocatable, intent(inout) :: error
-      character(len=200) :: message
-      integer :: status
+      logical :: done
 
-      write (self%unit, '(a)', iostat=status, iomsg=message) line
-      if (status /= 0) call broken(self, message, error)
+      if (.not. self%is_open) return
+      call self%file%put(line, done)
+      if (.not. done) call broken(self, error)
    end subroutine put
 
    !> Completes the file and gives it its name.
@@ -64,18 +60,15 @@ contains
       class(csv_t), intent(inout) :: self
       !> A disk that is full, for example; an older file of the same name is left as it was.
       type(error_t), allocatable, intent(inout) :: error
-      character(len=200) :: message
-      integer :: status
       logical :: done
 
       if (.not. self%is_open) return
-      flush (self%unit, iostat=status, iomsg=message)
-      if (status == 0) close (self%unit, iostat=status, iomsg=message)
-      if (status /= 0) then
-         call broken(self, message, error)
+      self%is_open = .false.
+      call self%file%close(done)
+      if (.not. done) then
+         call broken(self, error)
          return
       end if
-      self%is_open = .false.
       call move_file(self%temporary, self%path, done)
       if (done) return
       call remove_file(self%temporary)
@@ -87,22 +80,22 @@ contains
    subroutine discard(self)
       !> The file.
       class(csv_t), intent(inout) :: self
-      integer :: ignored
+      logical :: ignored
 
       if (.not. self%is_open) return
-      close (self%unit, status='delete', iostat=ignored)
-      if (ignored /= 0) call remove_file(self%temporary)
+      call self%file%close(ignored)
+      call remove_file(self%temporary)
       self%is_open = .false.
    end subroutine discard
 
    !> A failed output.
-   subroutine broken(self, message, error)
+   subroutine broken(self, error)
       type(csv_t), intent(inout) :: self
-      character(*), intent(in) :: message
       type(error_t), allocatable, intent(inout) :: error
 
       call self%discard()
-      call raise(error, self%path, 'the file cannot be completed: '//trim(message), 'make room on the disk and run again')
+      call remove_file(self%temporary)
+      call raise(error, self%path, 'the file cannot be completed', 'make room on the disk and run again')
    end subroutine broken
 
    !> A number in full precision.

@@ -11,7 +11,7 @@ module taut_case_namelist_file
    use taut_error, only: error_t, raise, to_text
    implicit none (type, external)
    private
-   public :: namelist_file_t, group_t, entry_t
+   public :: namelist_file_t, group_t, entry_t, check_names
 
    !> One assignment.
    type :: entry_t
@@ -218,10 +218,12 @@ contains
          item%name = lower(trim(text(starts(i):equals(i) - 1)))
          item%line = line(starts(i))
          if (len(item%name) == 0) then
-            call raise(error, place(self, item%line, group%name), 'there is a = without a name before it', 'write name = value')
+            call raise(error, place(self, line(equals(i)), group%name), 'there is a = without a name before it', &
+                       'write name = value')
             return
          end if
-         if (len_trim(text(equals(i) + 1:stop_at)) == 0) then
+         ! A comma alone would be a null value, which leaves the default without a word.
+         if (verify(text(equals(i) + 1:stop_at), ' ,') == 0) then
             call raise(error, place(self, item%line, group%name), item%name//' has no value', 'write name = value')
             return
          end if
@@ -258,28 +260,58 @@ contains
       first = first + 1
    end function name_before
 
-   !> Complains if the file has a group that is not among those known.
-   subroutine only_groups(self, names, error)
+   !> Complains if the file has no group, a group that is not among those known, or one twice that may be there once only.
+   subroutine only_groups(self, names, error, many)
       !> The file.
       class(namelist_file_t), intent(in) :: self
       !> Known names in lower case.
       character(*), intent(in) :: names(:)
-      !> A group that is not known.
+      !> What is wrong.
       type(error_t), allocatable, intent(inout) :: error
+      !> The group that may be there more than once; default: none.
+      character(*), intent(in), optional :: many
       character(:), allocatable :: known
-      integer :: i
+      integer :: i, j
 
       known = '&'//trim(names(1))
       do i = 2, size(names)
          known = known//', &'//trim(names(i))
       end do
+      ! A file that was lost while it was saved is empty: that must not pass for a case with nothing but defaults.
+      if (size(self%groups) == 0) call raise(error, self%path, 'the case file has no group', 'the groups are '//known)
       do i = 1, size(self%groups)
-         if (any(names == self%groups(i)%name)) cycle
-         call raise(error, self%path//':'//to_text(self%groups(i)%line), 'there is no group &'//self%groups(i)%name//' here', &
-                    'the groups are '//known)
-         return
+         if (.not. any(names == self%groups(i)%name)) then
+            call raise(error, self%path//':'//to_text(self%groups(i)%line), 'there is no group &'//self%groups(i)%name//' here', &
+                       'the groups are '//known)
+            return
+         end if
+         if (present(many)) then
+            if (self%groups(i)%name == many) cycle
+         end if
+         do j = 1, i - 1
+            if (self%groups(j)%name == self%groups(i)%name) &
+               call raise(error, place(self, self%groups(i)%line, self%groups(i)%name), 'the group is there twice', &
+                          'join it with that in line '//to_text(self%groups(j)%line))
+         end do
       end do
    end subroutine only_groups
+
+   !> Complains if two case files have one name: the results of one would take the place of those of the other.
+   subroutine check_names(files, error)
+      !> The files.
+      type(namelist_file_t), intent(in) :: files(:)
+      !> Two that have the same name.
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i, j
+
+      do i = 2, size(files)
+         do j = 1, i - 1
+            if (files(i)%name == files(j)%name) &
+               call raise(error, files(i)%path, 'its results would take the place of those of '//files(j)%path, &
+                          'rename one of the files, or run them one by one with different --out')
+         end do
+      end do
+   end subroutine check_names
 
    !> Makes an error of a failed namelist input.
    subroutine complain(self, group, index_of_entry, message, names, error)
@@ -295,19 +327,31 @@ contains
       character(*), intent(in) :: names
       !> The error.
       type(error_t), allocatable, intent(inout) :: error
-      character(:), allocatable :: value
+      character(:), allocatable :: reason, value
 
       associate (item => group%entries(index_of_entry))
-         if (index(message, 'Cannot match namelist') > 0) then
+         ! What the library says is no help here: it takes a word where a number belongs for the next name.
+         if (index(', '//names//',', ', '//base_name(item%name)//',') == 0) then
             call raise(error, place(self, item%line, group%name), 'there is no entry '//item%name, 'the entries are '//names)
          else
             value = item%text(index(item%text, '=') + 2:)
             value = value(:len(value) - 2)
-            call raise(error, place(self, item%line, group%name), item%name//' = '//value//' cannot be read', &
-                       'give a value of the right type (text in quotation marks, numbers without)')
+            reason = ''
+            if (index(message, 'Cannot match') == 0) reason = ' ('//trim(message)//')'
+            call raise(error, place(self, item%line, group%name), item%name//' = '//value//' cannot be read'// &
+                       reason, 'give one value of the right type (text in quotation marks, numbers without)')
          end if
       end associate
    end subroutine complain
+
+   !> A name without its subscript.
+   pure function base_name(name) result(base)
+      character(*), intent(in) :: name
+      character(:), allocatable :: base
+
+      base = name
+      if (index(name, '(') > 0) base = trim(name(:index(name, '(') - 1))
+   end function base_name
 
    !> Puts a place in the file before an error that was found later, with the values.
    subroutine locate(self, group, error)

@@ -42,6 +42,7 @@ contains
 
       do i = 1, size(settings%methods)
          at = start
+         at%t = settings%t_start
          call consistent_start(model, settings%methods(i)%method, at, report, error)
          if (allocated(error)) then
             error%where = file%path//': '//error%where

@@ -73,7 +73,7 @@ contains
    !> Sets a system and a method together; nothing is allocated afterwards.
    subroutine init(self, model, method, error)
       !> The formulation.
-      class(constrained_ode_t), intent(inout) :: self
+      class(constrained_ode_t), intent(out) :: self
       !> The system; copied.
       class(mechanical_system_t), intent(in) :: model
       !> The method.

@@ -63,7 +63,7 @@ contains
 
       here = 'method "'//trim(self%name)//'"'
       if (.not. any(method_names == self%name)) then
-         call raise(error, here, 'there is no such method', 'use one of '//listed(method_names))
+         call raise(error, here, 'there is no method "'//trim(self%name)//'"', 'use one of '//listed(method_names))
          return
       end if
       call one_of('weight', self%weight, [character(len=24) :: 'identity', 'mass', 'given'])

@@ -101,6 +101,8 @@ contains
       self%tolerance = method%projection_tolerance
       self%max_iterations = method%max_iterations
       self%all_holonomic = model%n_phi == model%c
+      if (allocated(self%a)) deallocate (self%a, self%b_prime, self%mu, self%r, self%normal, self%phi, self%nu, self%d, &
+                                         self%x_before)
       allocate (self%a(model%c, model%n), self%b_prime(model%c), self%mu(model%c), self%r(model%c), &
                 self%normal(model%c), self%phi(model%n_phi), self%nu(model%n_phi), self%d(model%n), &
                 self%x_before(model%n_x), source=0.0_wp)

@@ -19,6 +19,8 @@ module taut_linalg_pseudo_inverse
    real(wp), parameter :: safe_rcond = 1.0e-8_wp
    !> Ratio of neighboring singular values that tells 'small' from 'nothing but noise' below `safe_rcond`.
    real(wp), parameter :: gap = 1.0e3_wp
+   !> Where the singular values that count spread more than this, those of the scaled matrix are used.
+   real(wp), parameter :: widest_range = 1.0e-6_wp
    !> The noise that is let through must stay below this part of what it is compared with.
    real(wp), parameter :: noise_factor = 10.0_wp
 
@@ -133,13 +135,18 @@ contains
          call dpotrf('L', n, self%factor, n, stat)
          if (stat == 0) then
             call dpocon('L', n, self%factor, n, anorm, rcond, self%work, self%iwork, stat)
-            if (stat == 0 .and. rcond >= doubtful) then
+            if (stat == 0 .and. rcond >= max(doubtful, self%rcond)) then
                self%path = path_cholesky
                self%rank = n
                self%condition = 1.0_wp/rcond
                return
             end if
          end if
+      end if
+      ! Above the diagonal nothing was looked at so far, and LAPACK's iteration for singular values may never end there.
+      if (.not. all(ieee_is_finite(s(1:n, 1:n)))) then
+         info = 1
+         return
       end if
       call self%general%compute(s, self%scale, self%scale, self%rcond, doubtful, stat)
       if (stat /= 0) info = 2
@@ -237,35 +244,63 @@ contains
       !> 0, or LAPACK's code.
       integer, intent(out) :: info
       integer :: j, rank
-      real(wp) :: cut
+      real(wp) :: cut, scaled_cut
 
       self%rank = 0
       self%condition = 1.0_wp
       self%inverse(:, :) = 0.0_wp
       info = 0
       if (min(self%m, self%n) == 0) return
-      do j = 1, self%n
-         self%a(:, j) = left(1:self%m)*a(1:self%m, j)*right(j)
-      end do
+      call scale_matrix()
       call decompose(self, rcond, rank, info)
       if (info /= 0) return
       self%rank = effective_rank(self%s, rcond, doubtful)
       if (self%rank == 0) return
       self%condition = self%s(1)/self%s(self%rank)
+      scaled_cut = cut_below(self%s, self%rank)
 
+      ! The same number of singular values of the matrix as it is.
       cut = rcond
       do j = 1, 2
          self%a(:, :) = a(1:self%m, 1:self%n)
          call decompose(self, cut, rank, info)
          if (info /= 0) return
          if (rank == self%rank) exit
-         ! The same number of singular values of the matrix as it is: cut between its neighbors.
-         cut = 0.5_wp*self%s(self%rank)/self%s(1)
-         if (self%rank < size(self%s)) &
-            cut = sqrt(self%s(self%rank)*max(self%s(self%rank + 1), epsilon(1.0_wp)**2*self%s(1)))/self%s(1)
+         cut = cut_below(self%s, self%rank)
       end do
-      self%inverse(:, :) = self%b(1:self%n, :)
+      if (self%s(self%rank) >= widest_range*self%s(1)) then
+         self%inverse(:, :) = self%b(1:self%n, :)
+         return
+      end if
+      ! Rows in units so different that round-off of the large ones hides the small ones: the scaled matrix still has them.
+      ! The solution is as exact, and of minimum norm in the scaled unknowns.
+      call scale_matrix()
+      call decompose(self, scaled_cut, rank, info)
+      do j = 1, self%m
+         self%inverse(:, j) = right(1:self%n)*self%b(1:self%n, j)*left(j)
+      end do
+
+   contains
+
+      subroutine scale_matrix()
+         integer :: k
+
+         do k = 1, self%n
+            self%a(:, k) = left(1:self%m)*a(1:self%m, k)*right(k)
+         end do
+      end subroutine scale_matrix
+
    end subroutine singular_value_compute
+
+   !> A relative cut that leaves so many singular values: between the last of them and the next.
+   pure function cut_below(s, rank) result(cut)
+      real(wp), intent(in) :: s(:)
+      integer, intent(in) :: rank
+      real(wp) :: cut
+
+      cut = 0.5_wp*s(rank)/s(1)
+      if (rank < size(s)) cut = sqrt(s(rank)*max(s(rank + 1), epsilon(1.0_wp)**2*s(1)))/s(1)
+   end function cut_below
 
    !> One call of DGELSD with the identity on the right-hand side.
    subroutine decompose(self, rcond, rank, info)

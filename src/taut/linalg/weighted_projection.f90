@@ -62,6 +62,8 @@ contains
       !! 1e-12 and 1e-9.
       real(wp), intent(in) :: rcond
 
+      if (allocated(self%s)) deallocate (self%s, self%kinv_at, self%z, self%column)
+      if (allocated(self%a_linvt)) deallocate (self%a_linvt, self%row, self%ones)
       self%c = c
       self%n = n
       self%solver = solver

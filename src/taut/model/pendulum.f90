@@ -42,10 +42,13 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(*), parameter :: here = 'pendulum'
 
-      if (.not. m > 0.0_wp) call raise(error, here, 'mass = '//to_text(m)//' is not positive', 'give a mass in kg')
-      if (.not. l > 0.0_wp) call raise(error, here, 'length = '//to_text(l)//' is not positive', 'give a length in m')
+      if (.not. (m > 0.0_wp .and. m <= huge(m))) &
+         call raise(error, here, 'mass = '//to_text(m)//' is not positive and finite', 'give a mass in kg')
+      if (.not. (l > 0.0_wp .and. l <= huge(l))) &
+         call raise(error, here, 'length = '//to_text(l)//' is not positive and finite', 'give a length in m')
       if (.not. abs(g) <= huge(g)) call raise(error, here, 'gravity is not a number', 'give an acceleration in m/s^2')
-      if (copies < 1) call raise(error, here, 'constraint_copies = '//to_text(copies)//' is not positive', 'give 1 or more')
+      if (copies < 1 .or. copies > 100) &
+         call raise(error, here, 'constraint_copies = '//to_text(copies)//' is not between 1 and 100', 'give a small number')
       if (allocated(error)) return
       self%m = m
       self%l = l

@@ -607,8 +607,9 @@ contains
                     'see what the model says of this state')
       case default
          result%status = status_not_finite
-         call raise(result%error, 'integration', 'the solution is not finite near t = '//to_text(t)//' s'// &
-                    merge(': ', '  ', len(why) > 0)//why, 'bound the step, or look for a singularity of the model')
+         if (len(why) > 0) why = ': '//why
+         call raise(result%error, 'integration', 'the solution is not finite near t = '//to_text(t)//' s'//why, &
+                    'bound the step, or look for a singularity of the model')
       end select
    end subroutine fail
 
