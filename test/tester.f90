@@ -9,6 +9,7 @@ program tester
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
    use test_verify, only: collect_verify
+   use test_rotation, only: collect_rotation
    implicit none (type, external)
    type(outcome_t) :: outcome
    character(len=100) :: only
@@ -22,6 +23,7 @@ program tester
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
+   call run_suite('rotation', collect_rotation(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'
    if (outcome%failed > 0) stop 1, quiet=.true.
 end program tester
