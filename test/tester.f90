@@ -11,6 +11,7 @@ program tester
    use test_verify, only: collect_verify
    use test_rotation, only: collect_rotation
    use test_beam, only: collect_beam
+   use test_equilibrium, only: collect_equilibrium
    implicit none (type, external)
    type(outcome_t) :: outcome
    character(len=100) :: only
@@ -26,6 +27,7 @@ program tester
    call run_suite('case', collect_case(), trim(only), outcome)
    call run_suite('rotation', collect_rotation(), trim(only), outcome)
    call run_suite('beam', collect_beam(), trim(only), outcome)
+   call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'
    if (outcome%failed > 0) stop 1, quiet=.true.
 end program tester
