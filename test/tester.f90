@@ -12,6 +12,10 @@ program tester
    use test_settings, only: collect_settings
    use test_verify, only: collect_verify
    use test_weighted_projection, only: collect_weighted_projection
+   use test_rotation, only: collect_rotation
+   use test_beam, only: collect_beam
+   use test_equilibrium, only: collect_equilibrium
+   use test_modes, only: collect_modes
    implicit none (type, external)
    type(outcome_t) :: outcome
    character(len=100) :: only
@@ -28,6 +32,10 @@ program tester
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
    call run_suite('settings', collect_settings(), trim(only), outcome)
+   call run_suite('rotation', collect_rotation(), trim(only), outcome)
+   call run_suite('beam', collect_beam(), trim(only), outcome)
+   call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
+   call run_suite('modes', collect_modes(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'
    if (outcome%failed > 0) stop 1, quiet=.true.
 end program tester

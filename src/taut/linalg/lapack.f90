@@ -6,7 +6,7 @@ module taut_linalg_lapack
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: dpotrf, dpotrs, dpocon, dgelsd, dgemm, dtrtrs
+   public :: dpotrf, dpotrs, dpocon, dgelsd, dgemm, dtrtrs, dgeqp3, dorgqr, dgetrf, dgetrs, dgecon, dsygv, dgeev
 
    interface
       !> Cholesky factorization of a symmetric positive definite matrix.
@@ -74,6 +74,79 @@ module taut_linalg_lapack
          real(wp), intent(inout) :: b(ldb, *)
          integer, intent(out) :: info
       end subroutine dtrtrs
+
+      !> Factorization Q R of a matrix with its columns exchanged so that the diagonal of R decreases.
+      subroutine dgeqp3(m, n, a, lda, jpvt, tau, work, lwork, info)
+         import :: wp
+         implicit none (type, external)
+         integer, intent(in) :: m, n, lda, lwork
+         real(wp), intent(inout) :: a(lda, *), tau(*), work(*)
+         integer, intent(inout) :: jpvt(*)
+         integer, intent(out) :: info
+      end subroutine dgeqp3
+
+      !> Forms the first n columns of the Q of `dgeqp3`.
+      subroutine dorgqr(m, n, k, a, lda, tau, work, lwork, info)
+         import :: wp
+         implicit none (type, external)
+         integer, intent(in) :: m, n, k, lda, lwork
+         real(wp), intent(inout) :: a(lda, *), work(*)
+         real(wp), intent(in) :: tau(*)
+         integer, intent(out) :: info
+      end subroutine dorgqr
+
+      !> Factorization L U with exchanged rows.
+      subroutine dgetrf(m, n, a, lda, ipiv, info)
+         import :: wp
+         implicit none (type, external)
+         integer, intent(in) :: m, n, lda
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine dgetrf
+
+      !> Solves op(A) X = B with the factors of `dgetrf`.
+      subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dgetrs
+
+      !> Estimates the reciprocal condition number from the factors of `dgetrf`.
+      subroutine dgecon(norm, n, a, lda, anorm, rcond, work, iwork, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: norm
+         integer, intent(in) :: n, lda
+         real(wp), intent(in) :: a(lda, *), anorm
+         real(wp), intent(out) :: rcond
+         real(wp), intent(inout) :: work(*)
+         integer, intent(inout) :: iwork(*)
+         integer, intent(out) :: info
+      end subroutine dgecon
+
+      !> Eigenvalues and eigenvectors of A x = w B x, A symmetric, B symmetric positive definite.
+      subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: jobz, uplo
+         integer, intent(in) :: itype, n, lda, ldb, lwork
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *), w(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dsygv
+
+      !> Eigenvalues and eigenvectors of any matrix.
+      subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: jobvl, jobvr
+         integer, intent(in) :: n, lda, ldvl, ldvr, lwork
+         real(wp), intent(inout) :: a(lda, *), wr(*), wi(*), vl(ldvl, *), vr(ldvr, *), work(*)
+         integer, intent(out) :: info
+      end subroutine dgeev
    end interface
 
 end module taut_linalg_lapack

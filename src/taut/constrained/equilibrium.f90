@@ -1,0 +1,296 @@
+!> Static equilibrium of any constrained system: f(x, 0, t) - A^T lambda = 0 and phi = 0, by Newton's iteration.
+!!
+!! Each iteration solves the linearized problem in the null space of A, so that redundant constraints need no care: their
+!! multipliers are those of minimum norm, as everywhere in taut. Dimensions are small; nothing is sparse.
+module taut_constrained_equilibrium
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_tangent, only: free_velocities, ready, tangent
+   use taut_linalg_lapack, only: dgecon, dgetrf, dgetrs
+   use taut_linalg_null_space, only: null_space
+   use taut_linalg_pseudo_inverse, only: singular_value_inverse_t
+   implicit none (type, external)
+   private
+   public :: equilibrium, equilibrium_options_t, equilibrium_result_t
+
+   !> Options of the iteration.
+   type :: equilibrium_options_t
+      !> Load steps; a step that does not converge is halved.
+      integer :: steps = 1
+      !> What is changed in steps. `factor`: what is out of balance at the start is taken away in equal parts, which for
+      !! loads that keep their directions, on a system without internal forces at the start, is a load factor. `time`: the time
+      !! goes from that of the state to `t_end`.
+      character(len=8) :: parameter = 'factor'
+      !> Where `time` ends [s].
+      real(wp) :: t_end = 0.0_wp
+      !> Converged when no displacement of an iteration and no entry of phi exceeds this, relative to the largest
+      !! coordinate (at least 1).
+      real(wp) :: tolerance = 1.0e-10_wp
+      !> Iterations of a step.
+      integer :: max_iterations = 25
+      !> How often a step may be halved.
+      integer :: max_halvings = 12
+      !> Velocities along which nothing moves and whose equations are left out; none by default.
+      integer, allocatable :: blocked(:)
+      !> Relative step of the differences; 0 for the default.
+      real(wp) :: difference = 0.0_wp
+   end type equilibrium_options_t
+
+   !> How it went.
+   type :: equilibrium_result_t
+      !> Multipliers: (c).
+      real(wp), allocatable :: lambda(:)
+      !> Load steps and iterations, those of halved steps included.
+      integer :: steps = 0, iterations = 0
+      !> Rank of the constraints at the end.
+      integer :: rank = 0
+      !> Largest entry of f - A^T lambda and of phi that is left.
+      real(wp) :: force_left = 0.0_wp, phi_left = 0.0_wp
+   end type equilibrium_result_t
+
+   !> Why a step failed.
+   integer, parameter :: converged = 0, not_converged = 1, not_finite = 2, inconsistent = 3, mechanism = 4, failed = 5
+   character(*), parameter :: here = 'equilibrium'
+   !> Reciprocal condition number below which the tangent counts as singular. Slender beams have 1e-12 and less.
+   real(wp), parameter :: singular = 1.0e-15_wp
+
+contains
+
+   !> Finds the equilibrium nearest to a state.
+   subroutine equilibrium(model, at, result, error, options)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Where to start; x, and t with `time`, are replaced, v is set to zero, w is kept.
+      type(state_t), intent(inout) :: at
+      !> How it went.
+      type(equilibrium_result_t), intent(out) :: result
+      !> Why there is none.
+      type(error_t), allocatable, intent(inout) :: error
+      !> Options.
+      type(equilibrium_options_t), intent(in), optional :: options
+      type(equilibrium_options_t) :: chosen
+      type(state_t) :: last
+      integer, allocatable :: free(:)
+      real(wp) :: f_start(model%n), phi_start(model%n_phi), part, reached, t_start
+      integer :: halvings, outcome
+
+      if (present(options)) chosen = options
+      call check_options(chosen, error)
+      call ready(model, at, here, error)
+      if (.not. allocated(error)) call free_velocities(model%n, chosen%blocked, free, error)
+      if (allocated(error)) return
+      allocate (result%lambda(model%c), source=0.0_wp)
+      call model%normalize(at%x)
+      t_start = at%t
+      call start_of_path()
+      if (allocated(error)) return
+
+      reached = 0.0_wp
+      part = 1.0_wp/real(chosen%steps, wp)
+      halvings = 0
+      do while (reached < 1.0_wp)
+         last = at
+         call converge(model, chosen, free, min(1.0_wp, reached + part), t_start, f_start, phi_start, at, result, outcome)
+         if (outcome == converged) then
+            result%steps = result%steps + 1
+            reached = min(1.0_wp, reached + part)
+            if (1.0_wp - reached < 1.0e-9_wp) reached = 1.0_wp
+            if (halvings > 0) then
+               halvings = halvings - 1
+               part = 2.0_wp*part
+            end if
+         else
+            at = last
+            halvings = halvings + 1
+            part = 0.5_wp*part
+            if (halvings > chosen%max_halvings .or. outcome == inconsistent) then
+               call explain(outcome, reached, error)
+               return
+            end if
+         end if
+      end do
+
+   contains
+
+      !> What is out of balance at the start, for `factor`.
+      subroutine start_of_path()
+         real(wp) :: a(model%c, model%n)
+         real(wp), allocatable :: a_plus(:, :), z(:, :)
+         integer :: info, rank
+
+         f_start = 0.0_wp
+         phi_start = 0.0_wp
+         if (chosen%parameter == 'time') return
+         call model%force(at, f_start)
+         call model%constraint(at, phi_start)
+         call model%jacobian(at, a)
+         if (.not. (all(ieee_is_finite(f_start)) .and. all(ieee_is_finite(phi_start)) .and. all(ieee_is_finite(a)))) then
+            call explain(not_finite, 0.0_wp, error)
+            return
+         end if
+         if (model%c == 0) return
+         call null_space(a(:, free), z, a_plus, rank, info)
+         if (info == 0) f_start = f_start - matmul(matmul(f_start(free), a_plus), a)
+      end subroutine start_of_path
+
+   end subroutine equilibrium
+
+   !> Newton's iteration at one value of the parameter.
+   subroutine converge(model, options, free, parameter, t_start, f_start, phi_start, at, result, outcome)
+      class(mechanical_system_t), intent(in) :: model
+      type(equilibrium_options_t), intent(in) :: options
+      integer, intent(in) :: free(:)
+      real(wp), intent(in) :: parameter, t_start, f_start(:), phi_start(:)
+      type(state_t), intent(inout) :: at
+      type(equilibrium_result_t), intent(inout) :: result
+      integer, intent(out) :: outcome
+      real(wp) :: a(model%c, model%n), d(model%n), f(model%n), phi(model%c), k(size(free), size(free))
+      real(wp), allocatable :: a_plus(:, :), y(:), z(:, :)
+      real(wp) :: allowed, normal(size(free))
+      integer :: info, iteration
+
+      outcome = failed
+      if (options%parameter == 'time') at%t = t_start + parameter*(options%t_end - t_start)
+      d = 0.0_wp
+      do iteration = 0, options%max_iterations
+         call model%force(at, f)
+         call model%jacobian(at, a)
+         ! Rows without a position level ask for nothing at rest.
+         phi = 0.0_wp
+         call model%constraint(at, phi(1:model%n_phi))
+         f = f - (1.0_wp - parameter)*f_start
+         phi(1:model%n_phi) = phi(1:model%n_phi) - (1.0_wp - parameter)*phi_start
+         if (.not. (all(ieee_is_finite(f)) .and. all(ieee_is_finite(phi)) .and. all(ieee_is_finite(a)))) then
+            outcome = not_finite
+            return
+         end if
+         call null_space(a(:, free), z, a_plus, result%rank, info)
+         if (info /= 0) return
+         result%lambda = matmul(f(free), a_plus)
+         f = f - matmul(result%lambda, a)
+         result%force_left = maxval(abs(f(free)))
+         result%phi_left = 0.0_wp
+         if (model%c > 0) result%phi_left = maxval(abs(phi))
+         allowed = options%tolerance*max(1.0_wp, maxval(abs(at%x)))
+         if (iteration > 0 .and. maxval(abs(d)) <= allowed .and. result%phi_left <= allowed) then
+            outcome = converged
+            return
+         end if
+         if (iteration == options%max_iterations) exit
+
+         result%iterations = result%iterations + 1
+         call tangent(model, at, result%lambda, free, options%difference, k)
+         if (.not. all(ieee_is_finite(k))) then
+            outcome = not_finite
+            return
+         end if
+         normal = -matmul(a_plus, phi)
+         if (model%c > 0) then
+            if (maxval(abs(matmul(a(:, free), normal) + phi)) > 1.0e-6_wp*result%phi_left + allowed) then
+               outcome = inconsistent
+               return
+            end if
+         end if
+         y = matmul(transpose(z), f(free) - matmul(k, normal))
+         call solve(matmul(transpose(z), matmul(k, z)), y, outcome)
+         if (outcome /= converged) return
+         d = 0.0_wp
+         d(free) = normal + matmul(z, y)
+         if (.not. all(ieee_is_finite(d)) .or. maxval(abs(d)) > 1.0e3_wp*max(1.0_wp, maxval(abs(at%x)))) then
+            outcome = mechanism
+            return
+         end if
+         call model%displace(d, at%x)
+         call model%normalize(at%x)
+      end do
+      outcome = not_converged
+   end subroutine converge
+
+   !> y := K^-1 y, or the least displacement where K is singular and y needs no more.
+   subroutine solve(k, y, outcome)
+      real(wp), intent(in) :: k(:, :)
+      real(wp), intent(inout) :: y(:)
+      integer, intent(out) :: outcome
+      type(singular_value_inverse_t) :: inverse
+      real(wp) :: anorm, columns(size(y)), factor(size(y), size(y)), given(size(y)), rcond, rows(size(y)), work(4*size(y))
+      integer :: i, info, iwork(size(y)), n, pivot(size(y))
+
+      n = size(y)
+      outcome = converged
+      if (n == 0) return
+      outcome = failed
+      ! Rows and columns are scaled to largest entries of one: forces and moments have different units.
+      do i = 1, n
+         rows(i) = 1.0_wp/max(maxval(abs(k(i, :))), tiny(1.0_wp)*1.0e8_wp)
+      end do
+      do i = 1, n
+         factor(:, i) = rows*k(:, i)
+         columns(i) = 1.0_wp/max(maxval(abs(factor(:, i))), tiny(1.0_wp)*1.0e8_wp)
+         factor(:, i) = factor(:, i)*columns(i)
+      end do
+      anorm = maxval(sum(abs(factor), 1))
+      call dgetrf(n, n, factor, n, pivot, info)
+      rcond = 0.0_wp
+      if (info == 0) call dgecon('1', n, factor, n, anorm, rcond, work, iwork, info)
+      if (info == 0 .and. rcond >= singular) then
+         y = rows*y
+         call dgetrs('N', n, 1, factor, n, pivot, y, n, info)
+         y = columns*y
+         if (info == 0) outcome = converged
+         return
+      end if
+      call inverse%init(n, n)
+      call inverse%compute(k, rows, columns, singular, singular, info)
+      if (info /= 0) return
+      given = y
+      y = matmul(inverse%inverse, given)
+      outcome = converged
+      if (maxval(rows*abs(matmul(k, y) - given)) > 1.0e-6_wp*maxval(rows*abs(given)) + 1.0e-12_wp*maxval(abs(y)/columns)) &
+         outcome = mechanism
+   end subroutine solve
+
+   !> Whether the options are valid.
+   subroutine check_options(options, error)
+      type(equilibrium_options_t), intent(in) :: options
+      type(error_t), allocatable, intent(inout) :: error
+
+      if (options%steps < 1) &
+         call raise(error, here, 'steps = '//to_text(options%steps)//' is not positive', 'give 1 or more')
+      if (options%max_iterations < 1) &
+         call raise(error, here, 'max_iterations = '//to_text(options%max_iterations)//' is not positive', 'give 1 or more')
+      if (options%max_halvings < 0) &
+         call raise(error, here, 'max_halvings = '//to_text(options%max_halvings)//' is negative', 'give 0 or more')
+      if (.not. options%tolerance > 0.0_wp) &
+         call raise(error, here, 'tolerance = '//to_text(options%tolerance)//' is not positive', 'give one such as 1e-10')
+      if (.not. any(options%parameter == [character(len=8) :: 'factor', 'time'])) &
+         call raise(error, here, 'there is no parameter "'//trim(options%parameter)//'"', 'use "factor" or "time"')
+   end subroutine check_options
+
+   !> The error of a step that failed.
+   subroutine explain(outcome, reached, error)
+      integer, intent(in) :: outcome
+      real(wp), intent(in) :: reached
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: place
+
+      place = ' ('//to_text(100.0_wp*reached)//' % of the path is done)'
+      select case (outcome)
+      case (not_finite)
+         call raise(error, here, 'a force or a constraint is not finite'//place, 'correct the system or its start')
+      case (inconsistent)
+         call raise(error, here, 'the constraints are inconsistent: no displacement reduces their violation'//place, &
+                    'correct the constraints, or start closer to them')
+      case (mechanism)
+         call raise(error, here, 'a motion that nothing resists is loaded'//place, &
+                    'block it, constrain it, or start from a configuration that carries the load')
+      case (failed)
+         call raise(error, here, 'a linear problem could not be solved'//place, 'correct the system')
+      case default
+         call raise(error, here, 'the iteration does not converge'//place, &
+                    'use more steps, or start closer to the equilibrium')
+      end select
+   end subroutine explain
+
+end module taut_constrained_equilibrium

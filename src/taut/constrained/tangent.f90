@@ -1,0 +1,120 @@
+!> The tangent stiffness of a constrained system at rest, by differences, and which velocities are free.
+module taut_constrained_tangent
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   implicit none (type, external)
+   private
+   public :: tangent, free_velocities, ready, default_difference
+
+   !> Step of the differences, relative to the size of the coordinates (at least 1). The formula is of fourth order, so that
+   !! the stretching of a slender beam that is bent by the step does not count against its bending.
+   real(wp), parameter :: default_difference = 3.0e-6_wp
+
+contains
+
+   !> K = -d(f - A^T lambda)/dx at v = 0, along the velocities that are free: by central differences of fourth order.
+   subroutine tangent(model, at, lambda, free, step, k)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Where, at rest.
+      type(state_t), intent(in) :: at
+      !> Multipliers: (c).
+      real(wp), intent(in) :: lambda(:)
+      !> Indices of the free velocities.
+      integer, intent(in) :: free(:)
+      !> Relative step; 0 for the default.
+      real(wp), intent(in) :: step
+      !> The tangent: (free, free), one column for each displacement.
+      real(wp), intent(out) :: k(:, :)
+      type(state_t) :: near
+      real(wp) :: h, total(model%n, 4)
+      real(wp), parameter :: reach(4) = [1.0_wp, -1.0_wp, 2.0_wp, -2.0_wp]
+      integer :: i, j
+
+      h = default_difference
+      if (step > 0.0_wp) h = step
+      h = h*max(1.0_wp, maxval(abs(at%x)))
+      near = at
+      do j = 1, size(free)
+         do i = 1, 4
+            call force_near(reach(i)*h, total(:, i))
+         end do
+         k(:, j) = -(8.0_wp*(total(free, 1) - total(free, 2)) - (total(free, 3) - total(free, 4)))/(12.0_wp*h)
+      end do
+
+   contains
+
+      !> f - A^T lambda with one velocity's displacement.
+      subroutine force_near(distance, force)
+         real(wp), intent(in) :: distance
+         real(wp), intent(out) :: force(:)
+         real(wp) :: a(model%c, model%n), d(model%n)
+
+         d = 0.0_wp
+         d(free(j)) = distance
+         near%x = at%x
+         call model%displace(d, near%x)
+         call model%normalize(near%x)
+         call model%force(near, force)
+         if (model%c == 0) return
+         call model%jacobian(near, a)
+         force = force - matmul(lambda, a)
+      end subroutine force_near
+
+   end subroutine tangent
+
+   !> The velocities that are not blocked.
+   subroutine free_velocities(n, blocked, free, error)
+      !> Number of velocities.
+      integer, intent(in) :: n
+      !> Indices of the blocked ones; not allocated for none.
+      integer, allocatable, intent(in) :: blocked(:)
+      !> Indices of the others, in order.
+      integer, allocatable, intent(out) :: free(:)
+      !> An index that does not exist, or nothing left.
+      type(error_t), allocatable, intent(inout) :: error
+      logical :: is_free(n)
+      integer :: i
+
+      is_free = .true.
+      if (allocated(blocked)) then
+         do i = 1, size(blocked)
+            if (blocked(i) < 1 .or. blocked(i) > n) then
+               call raise(error, 'blocked velocities', 'there is no velocity '//to_text(blocked(i)), &
+                          'give indices from 1 to '//to_text(n))
+               return
+            end if
+            is_free(blocked(i)) = .false.
+         end do
+      end if
+      free = pack([(i, i=1, n)], is_free)
+      if (size(free) == 0) call raise(error, 'blocked velocities', 'all velocities are blocked', 'leave some free')
+   end subroutine free_velocities
+
+   !> Whether system and state fit; completes the state.
+   subroutine ready(model, at, where, error)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state; velocities are set to zero, other states if they are missing.
+      type(state_t), intent(inout) :: at
+      !> Who asks.
+      character(*), intent(in) :: where
+      !> What does not fit.
+      type(error_t), allocatable, intent(inout) :: error
+
+      call model%check_sizes(error)
+      if (allocated(error)) return
+      if (.not. allocated(at%x)) then
+         call raise(error, where, 'the coordinates are not set', 'set x')
+      else if (size(at%x) /= model%n_x) then
+         call raise(error, where, 'there are '//to_text(size(at%x))//' coordinates for '//to_text(model%n_x), &
+                    'give as many as the system has')
+      end if
+      if (allocated(error)) return
+      if (allocated(at%v)) deallocate (at%v)
+      allocate (at%v(model%n), source=0.0_wp)
+      if (.not. allocated(at%w)) allocate (at%w(model%n_w), source=0.0_wp)
+   end subroutine ready
+
+end module taut_constrained_tangent
