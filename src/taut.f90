@@ -26,7 +26,7 @@ module taut
    use taut_ode_event, only: events_t, event_record_t
    use taut_ode_observer, only: observer_t, trajectory_t
    use taut_ode_integrate, only: integration_options_t, integration_result_t, integrator_t
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
    use taut_constrained_method, only: method_t, method_names
    use taut_constrained_projection, only: projector_t, consistent_start, start_report_t
    use taut_constrained_formulation, only: constrained_ode_t, sample_t
@@ -36,7 +36,7 @@ module taut
    implicit none (type, external)
    private
    public :: wp, error_t, raise, version
-   public :: mechanical_system_t, state_t, block_diagonal_t
+   public :: mechanical_system_t, state_t, quantity_t, block_diagonal_t
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t
    public :: observer_t, trajectory_t, events_t, event_record_t, sample_t, constrained_ode_t
    public :: consistent_start, start_report_t, verify, finding_t, projectors

@@ -6,6 +6,7 @@ program tester
    use test_case, only: collect_case
    use test_linalg, only: collect_linalg
    use test_constrained, only: collect_constrained
+   use test_helicopter, only: collect_helicopter
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
    use test_projectors, only: collect_projectors
@@ -27,6 +28,7 @@ program tester
    call run_suite('projectors', collect_projectors(), trim(only), outcome)
    call run_suite('ode', collect_ode(), trim(only), outcome)
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
+   call run_suite('helicopter', collect_helicopter(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)

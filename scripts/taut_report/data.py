@@ -55,6 +55,18 @@ class Case:
             raise DataError(f"{self.folder / 'summary.csv'}: no column 'method'; it has {', '.join(header)}")
         return {row[header.index("method")]: dict(zip(header, row, strict=True)) for row in rows}
 
+    @cached_property
+    def model(self) -> dict[str, float]:
+        """The numbers that the model knows about itself, by name, from model.csv."""
+        path = self.folder / "model.csv"
+        header, rows = _read(path)
+        if header != ["name", "value", "unit"]:
+            raise DataError(f"{path}: the columns are {', '.join(header)} and should be name, value, unit")
+        try:
+            return {name: float(value) for name, value, _ in rows}
+        except ValueError as error:
+            raise DataError(f"{path}: {error}") from None
+
     @property
     def methods(self) -> list[str]:
         """The labels of the methods, in the order of the case file."""

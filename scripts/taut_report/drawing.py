@@ -1,11 +1,14 @@
-"""A figure as data: what it is drawn from, how, and where its files are."""
+"""A figure or an animation as data: what it is drawn from, how, and where its files are."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.figure import Figure
+from PIL import Image
 
 from taut_report import style
 from taut_report.data import Results
@@ -15,33 +18,77 @@ _METADATA = {"pdf": {"CreationDate": None, "Creator": "taut", "Producer": None},
 
 
 @dataclass(frozen=True)
-class FigureSpec:
-    """A figure, the cases that it is drawn from and the function that draws it."""
+class Spec:
+    """What figures and animations have in common."""
 
     name: str
     title: str
     cases: tuple[str, ...]
-    draw: Callable[[Results], Figure]
+    kinds: ClassVar[tuple[str, ...]]
 
-    def path(self, results: Results, kind: str = "png") -> Path:
-        """Returns the file of the figure, kind 'png' or 'pdf'."""
-        return results.root / "figures" / f"{self.name}.{kind}"
+    def path(self, results: Results, kind: str = "") -> Path:
+        """Returns the file of a kind, that for the report if none is given."""
+        return results.root / "figures" / f"{self.name}.{kind or self.kinds[-1]}"
 
     def save(self, results: Results) -> list[Path]:
-        """Draws the figure and writes its files."""
+        """Draws and writes the files."""
         style.use()
-        figure = self.draw(results)
-        paths = [self.path(results, kind) for kind in _METADATA]
-        for path in paths:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, metadata=_METADATA[path.suffix[1:]])
-        plt.close(figure)
+        paths = [self.path(results, kind) for kind in self.kinds]
+        paths[0].parent.mkdir(parents=True, exist_ok=True)
+        self.write(results, paths)
         return paths
 
+    def write(self, results: Results, paths: list[Path]) -> None:
+        """Writes the files, one for each kind."""
+        raise NotImplementedError
+
     def save_if_stale(self, results: Results) -> None:
-        """Draws the figure when a file is missing or older than what it is drawn from."""
+        """Draws when a file is missing or older than what it is drawn from."""
         sources = [path for case in self.cases for path in results.case(case).folder.glob("*.csv")]
         newest = max(path.stat().st_mtime for path in sources)
-        paths = [self.path(results, kind) for kind in _METADATA]
+        paths = [self.path(results, kind) for kind in self.kinds]
         if not all(path.exists() and path.stat().st_mtime >= newest for path in paths):
             self.save(results)
+
+
+@dataclass(frozen=True)
+class FigureSpec(Spec):
+    """A figure, the cases that it is drawn from and the function that draws it."""
+
+    draw: Callable[[Results], Figure]
+    kinds: ClassVar[tuple[str, ...]] = tuple(_METADATA)
+
+    def write(self, results: Results, paths: list[Path]) -> None:
+        """Writes the figure in every format."""
+        figure = self.draw(results)
+        for path in paths:
+            figure.savefig(path, metadata=_METADATA[path.suffix[1:]])
+        plt.close(figure)
+
+
+@dataclass(frozen=True)
+class AnimationSpec(Spec):
+    """An animation, its cases and the function that yields its frames, which are one figure for all."""
+
+    frames: Callable[[Results], Iterator[Figure]]
+    milliseconds: int = 60
+    kinds: ClassVar[tuple[str, ...]] = ("gif",)
+
+    def write(self, results: Results, paths: list[Path]) -> None:
+        """Writes the frames as a GIF that starts over at its end."""
+        pictures: list[Image.Image] = []
+        for figure in self.frames(results):
+            figure.canvas.draw()
+            picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
+            # All frames share the colors of the first, so that nothing flickers.
+            first = pictures[0] if pictures else picture.quantize(64, method=Image.Quantize.MEDIANCUT)
+            pictures.append(picture.quantize(palette=first, dither=Image.Dither.NONE))
+        plt.close(figure)
+        pictures[0].save(
+            paths[0],
+            save_all=True,
+            append_images=pictures[1:],
+            duration=self.milliseconds,
+            loop=0,
+            optimize=True,
+        )

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
-from taut_report import pendulum, pendulum_chapter
+from taut_report import helicopter, helicopter_chapter, pendulum, pendulum_chapter
 from taut_report.data import Results
 from taut_report.document import Chapter
-from taut_report.drawing import FigureSpec
+from taut_report.drawing import Spec
 
-FIGURES: tuple[FigureSpec, ...] = (*pendulum.FIGURES,)
-CHAPTERS: tuple[Callable[[Results], Chapter], ...] = (pendulum_chapter.build,)
+FIGURES: tuple[Spec, ...] = (*pendulum.FIGURES, *helicopter.FIGURES)
+CHAPTERS: tuple[Callable[[Results], Chapter], ...] = (pendulum_chapter.build, helicopter_chapter.build)

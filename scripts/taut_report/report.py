@@ -66,7 +66,7 @@ def _rich(text: str) -> Markup:
 
 def _embed(path: Path) -> str:
     """Returns a picture as a data address."""
-    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode("ascii")
+    return f"data:image/{path.suffix[1:]};base64," + base64.b64encode(path.read_bytes()).decode("ascii")
 
 
 # --- Text
@@ -101,7 +101,8 @@ def plain(report: Report, width: int = WIDTH) -> str:
                     lines += _columns((block.header, *block.rows), block.text_columns, width)
                 else:
                     lines += _fill(f"{block.title}. {block.caption}", width)
-                    lines.append(f"  {block.path.with_suffix('.pdf')}")
+                    pdf = block.path.with_suffix(".pdf")
+                    lines.append(f"  {pdf if block.path.suffix == '.png' else block.path}")
                 lines.append("")
     return "\n".join(line.rstrip() for line in lines).replace(NBSP, " ").rstrip() + "\n"
 

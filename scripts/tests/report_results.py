@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from helicopter_results import write_helicopter
 from taut_report.pendulum_measures import GRAVITY, MAX_TENSION
 
 COLUMNS = "t,h,x,z,vx,vz,phi,phidot,phiddot,phi_raw,phidot_raw,energy,mu,lambda,rank"
@@ -80,6 +81,7 @@ ALL = FOUR | {
 
 def write_all(root: Path, **changed: dict[str, Made]) -> Path:
     """Writes the results of every case; a keyword replaces runs of a case, as in figure1={'present': ...}."""
+    write_helicopter(root)
     for case, methods in ALL.items():
         write_case(root, case, methods | changed.get(case, {}))
     return root

@@ -7,8 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from helicopter_results import CASES as HELICOPTER
 from report_results import ALL, Made, write_all, write_case
-from taut_report import cases, claims, claims_energy, pendulum_chapter, report
+from taut_report import cases, claims, claims_energy, helicopter_chapter, pendulum_chapter, report
 from taut_report.data import DataError, Results
 from taut_report.document import Claim, Table, Verdict
 from taut_report.formats import energy_label, listed, number
@@ -125,7 +126,8 @@ def test_the_page_holds_every_table_and_figure_and_needs_nothing_else(document: 
     ]
     tables = [block for block in blocks if isinstance(block, Table)]
     assert page.count("<table") == len(tables) + len(document.chapters)
-    assert page.count('src="data:image/png;base64,') == 3
+    assert page.count('src="data:image/png;base64,') == 7
+    assert page.count('src="data:image/gif;base64,') == 1
     assert "prefers-color-scheme: dark" in page and "@media print" in page
 
 
@@ -135,12 +137,12 @@ def test_text_and_page_have_the_same_numbers(document: report.Report) -> None:
     text = report.plain(document, 2000)
     words = re.compile(r"[+−]?\d[\d.,]*\d|\d")
     clean = html.unescape(page).replace("\u00a0", " ")
-    assert set(words.findall(clean)) == set(words.findall(re.sub(r"\S*\.pdf", "", text)))
+    assert set(words.findall(clean)) == set(words.findall(re.sub(r"\S*\.(pdf|gif)", "", text)))
 
 
 def test_the_text_keeps_to_its_width(document: report.Report) -> None:
     lines = report.plain(document).splitlines()
-    assert max(len(line) for line in lines if not line.endswith(".pdf")) <= report.WIDTH
+    assert max(len(line) for line in lines if not line.endswith((".pdf", ".gif"))) <= report.WIDTH
     assert lines[0] == report.TITLE and "The paper says" in "\n".join(lines[:12])
 
 
@@ -213,3 +215,4 @@ def test_cases_without_a_program_or_with_the_same_name_are_refused(tmp_path: Pat
 
 def test_every_made_up_case_is_one_the_report_reads() -> None:
     assert set(pendulum_chapter.CASES) == set(ALL)
+    assert set(helicopter_chapter.CASES) == set(HELICOPTER)

@@ -98,7 +98,8 @@ contains
              '  --quiet    print nothing but errors'//nl// &
              '  --help     print this'//nl// &
              '  --version  print the version'//nl//nl// &
-             'For each method of a case: DIR/<case>/<method>.csv; for the case: DIR/<case>/summary.csv.'//nl// &
+             'For each method of a case: DIR/<case>/<method>.csv; for the case: DIR/<case>/summary.csv, and'//nl// &
+             'DIR/<case>/model.csv if the system has data to tell.'//nl// &
              'Exit code: 0 if every integration reached its end or a terminal event, 1 otherwise, 2 for a bad command line.'
    end function usage
 

@@ -66,7 +66,10 @@ contains
       end do
       header = header//',phi,phidot,phiddot,phi_raw,phidot_raw,energy'// &
                numbered('mu', model%c)//numbered('lambda', model%c)//',rank'
-      allocate (character(len=25*(9 + model%n_x + model%n + model%n_w + 2*model%c)) :: self%line)
+      do i = 1, model%n_outputs
+         header = header//','//model%output_name(i)
+      end do
+      allocate (character(len=25*(9 + model%n_x + model%n + model%n_w + 2*model%c + model%n_outputs)) :: self%line)
       call self%csv%create(path, error)
       if (.not. allocated(error)) call self%csv%put(header, error)
    end subroutine create
@@ -134,7 +137,11 @@ contains
          do i = 1, size(s%lambda)
             call add(self, s%lambda(i))
          end do
-         call self%csv%put(self%line(1:self%used)//to_text(s%rank), error)
+         call add_text(self, to_text(s%rank))
+         do i = 1, size(s%outputs)
+            call add(self, s%outputs(i))
+         end do
+         call self%csv%put(self%line(1:self%used - 1), error)
          if (self%points == 0) self%first_energy = s%energy
          self%points = self%points + 1
          self%energy_drift = s%energy - self%first_energy
@@ -155,8 +162,16 @@ contains
 
       text = number_text(value)
       first = verify(text, ' ')
-      self%line(self%used + 1:self%used + 26 - first) = text(first:)//','
-      self%used = self%used + 26 - first
+      call add_text(self, text(first:))
    end subroutine add
+
+   !> Appends a text and a comma to the line.
+   subroutine add_text(self, text)
+      type(recorder_t), intent(inout) :: self
+      character(*), intent(in) :: text
+
+      self%line(self%used + 1:self%used + len(text) + 1) = text//','
+      self%used = self%used + len(text) + 1
+   end subroutine add_text
 
 end module taut_case_recorder

@@ -11,7 +11,7 @@ module taut_case_run
    use taut_constrained_formulation, only: constrained_ode_t
    use taut_constrained_projection, only: consistent_start, start_report_t
    use taut_constrained_simulate, only: simulate
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
    use taut_ode_integrate, only: integration_result_t
    use taut_ode_status, only: status_event, status_name, status_output_failed, status_reached_end
    implicit none (type, external)
@@ -51,7 +51,8 @@ contains
       end do
    end subroutine check_start
 
-   !> Runs all methods of a case: `out/<case>/<method>.csv` and `out/<case>/summary.csv`.
+   !> Runs all methods of a case: `out/<case>/<method>.csv`, `out/<case>/summary.csv`, and `out/<case>/model.csv` if the
+   !! system has quantities to tell.
    subroutine run_case(file, model, start, settings, out, quiet, all_ended, error)
       !> The case file, for its name.
       type(namelist_file_t), intent(in) :: file
@@ -75,6 +76,8 @@ contains
 
       folder = out//'/'//file%name
       call make_folder(folder)
+      call write_quantities(folder//'/model.csv', model%quantities(), error)
+      if (allocated(error)) return
       call summary%create(folder//'/summary.csv', error)
       if (.not. allocated(error)) call summary%put(summary_header, error)
       if (.not. quiet .and. .not. allocated(error)) &
@@ -91,6 +94,28 @@ contains
          call summary%finish(error)
       end if
    end subroutine run_case
+
+   !> What the system knows about itself.
+   subroutine write_quantities(path, list, error)
+      character(*), intent(in) :: path
+      type(quantity_t), intent(in) :: list(:)
+      type(error_t), allocatable, intent(inout) :: error
+      type(csv_t) :: table
+      integer :: i
+
+      if (size(list) == 0) return
+      call table%create(path, error)
+      if (.not. allocated(error)) call table%put('name,value,unit', error)
+      do i = 1, size(list)
+         if (.not. allocated(error)) &
+            call table%put(list(i)%name//','//number(list(i)%value)//','//list(i)%unit, error)
+      end do
+      if (allocated(error)) then
+         call table%discard()
+      else
+         call table%finish(error)
+      end if
+   end subroutine write_quantities
 
    !> One method.
    subroutine run_method(case_name, model, start, settings, chosen, folder, quiet, all_ended, row, error)

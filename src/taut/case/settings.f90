@@ -81,9 +81,9 @@ contains
       integer :: i
 
       if (verify(label, 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-') > 0 .or. len(label) == 0 &
-          .or. index(label, '.') == 1 .or. label == 'summary') &
+          .or. index(label, '.') == 1 .or. label == 'summary' .or. label == 'model') &
          call raise(error, 'method', 'label = "'//label//'" cannot name a file of results', &
-                    'use letters, digits, - and _ (and not "summary")')
+                    'use letters, digits, - and _ (and neither "summary" nor "model")')
       do i = 1, size(methods)
          if (methods(i)%label == label) &
             call raise(error, 'method', 'two methods have the label "'//label//'"', 'give one of them another label')

@@ -16,7 +16,7 @@ module taut_constrained_formulation
    public :: constrained_ode_t, sample_t
 
    !> Kinds of right-hand side.
-   integer, parameter :: acceleration_level = 1, present_method = 2, braun_goldfarb = 3, penalty = 4
+   integer, parameter :: acceleration_level = 1, present_method = 2, braun_goldfarb = 3, penalty = 4, unconstrained = 5
 
    !> What there is to know about a state.
    type :: sample_t
@@ -30,6 +30,8 @@ module taut_constrained_formulation
       real(wp), allocatable :: mu(:), lambda(:)
       !> Rank of A.
       integer :: rank = 0
+      !> What the system computes besides: (n_outputs).
+      real(wp), allocatable :: outputs(:)
    end type sample_t
 
    !> A constrained mechanical system with a method.
@@ -86,6 +88,7 @@ contains
       call method%check(error)
       if (allocated(error)) return
       self%model = model
+      self%model%enforced = method%name /= 'unconstrained'
       self%method = method
       n = model%n
       c = model%c
@@ -103,6 +106,8 @@ contains
          self%kind = braun_goldfarb
       case ('penalty')
          self%kind = penalty
+      case ('unconstrained')
+         self%kind = unconstrained
       case default
          self%kind = acceleration_level
          self%replaces_x = method%name /= 'baseline'
@@ -195,6 +200,8 @@ contains
          call rhs_acceleration_level(self, dydt, info)
       case (braun_goldfarb)
          call rhs_braun_goldfarb(self, dydt, info)
+      case (unconstrained)
+         call rhs_unconstrained(self, dydt, info)
       case default
          call rhs_penalty(self, dydt, info)
       end select
@@ -322,6 +329,24 @@ contains
       call self%m%solve(1, self%force)
       dydt(n_x + 1:n_x + n) = self%force
    end subroutine rhs_penalty
+
+   !> M vdot = f: the constraints have no part in it.
+   subroutine rhs_unconstrained(self, dydt, info)
+      type(constrained_ode_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: dydt(:)
+      integer, intent(out) :: info
+      integer :: n, n_x
+
+      n = self%model%n
+      n_x = self%model%n_x
+      call self%model%normalize(self%at%x)
+      call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
+      call self%model%force(self%at, self%force)
+      call renew_mass(self, info)
+      if (info /= rhs_ok) return
+      call self%m%solve(1, self%force)
+      dydt(n_x + 1:n_x + n) = self%force
+   end subroutine rhs_unconstrained
 
    !> phi and r = A v - b' at the state as it is, with A in `a`.
    subroutine violations(self)
@@ -508,7 +533,7 @@ contains
       end if
    end function failure
 
-   !> Violations, multipliers, energy and rank at a state, evaluated afresh.
+   !> Violations, multipliers, energy, rank and what the system computes besides at a state, evaluated afresh.
    subroutine sample(self, t, y, s, info)
       !> The formulation.
       class(constrained_ode_t), intent(inout) :: self
@@ -522,7 +547,8 @@ contains
       integer, intent(out) :: info
       integer :: i, iterations, n, n_x
 
-      if (.not. allocated(s%mu)) allocate (s%mu(self%model%c), s%lambda(self%model%c), source=0.0_wp)
+      if (.not. allocated(s%mu)) &
+         allocate (s%mu(self%model%c), s%lambda(self%model%c), s%outputs(self%model%n_outputs), source=0.0_wp)
       n = self%model%n
       n_x = self%model%n_x
       ! Output does not count as work of the method.
@@ -547,6 +573,7 @@ contains
       end do
       s%phiddot = largest(self%r)
       s%energy = self%model%energy(self%at)
+      if (self%model%n_outputs > 0) call self%model%outputs(self%at, s%lambda, s%outputs)
       if (self%replaces_x) then
          s%phi_raw = self%phi_raw
          s%phidot_raw = self%phidot_raw

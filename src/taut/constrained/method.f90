@@ -7,8 +7,9 @@ module taut_constrained_method
    public :: method_t, method_names
 
    !> All methods.
-   character(len=21), parameter :: method_names(7) = [character(len=21) :: 'baseline', 'present', 'baumgarte', &
-                                                      'braun-goldfarb', 'yu-chen', 'coordinate-projection', 'penalty']
+   character(len=21), parameter :: method_names(8) = [character(len=21) :: 'baseline', 'present', 'baumgarte', &
+                                                      'braun-goldfarb', 'yu-chen', 'coordinate-projection', 'penalty', &
+                                                      'unconstrained']
 
    !> A method and its options. Texts may be padded with blanks.
    type :: method_t
@@ -17,6 +18,8 @@ module taut_constrained_method
       !! A vdot = b'' - (A v - b')/dt. `yu-chen`: Eq. (8), position and velocity corrected when a violation exceeds
       !! `correction_tolerance`. `coordinate-projection`: Eq. (8), both levels projected after each step (Eich).
       !! `penalty`: no multipliers, f - A^T (stiffness phi + damping (A v - b')).
+      !! `unconstrained`: M vdot = f, from the initial state as given; the constraints are evaluated and not enforced, and
+      !! the system is told so (its component `enforced`).
       character(len=32) :: name = 'present'
       !> W of Eqs (11a), (16), (17): `identity`, `mass` (W = M) or `given` (the system's own procedure `weight`).
       character(len=16) :: weight = 'identity'

@@ -433,7 +433,7 @@ contains
       end select
    end function explain
 
-   !> Brings an initial state to the constraints: x by Eq. (17), v by Eq. (11a).
+   !> Brings an initial state to the constraints: x by Eq. (17), v by Eq. (11a); where they are not enforced it stays.
    subroutine consistent_start(model, method, at, report, error)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
@@ -465,6 +465,8 @@ contains
                     to_text(model%n_w), 'give as many as the system has')
          return
       end if
+      report%freedoms = model%n
+      if (method%name == 'unconstrained') return
       allocate (x, source=at%x)
       allocate (v, source=at%v)
       ! Far from the constraints the iteration may need more patience than inside a step.

@@ -12,7 +12,7 @@ module taut_constrained_system
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
-   public :: state_t, mechanical_system_t
+   public :: state_t, mechanical_system_t, quantity_t
 
    !> Where the system is: time, coordinates, velocities and what else it has.
    type :: state_t
@@ -25,6 +25,16 @@ module taut_constrained_system
       !> States that are not mechanics: (n_w).
       real(wp), allocatable :: w(:)
    end type state_t
+
+   !> A number that a system knows about itself, for tables and drawings.
+   type :: quantity_t
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+      !> Its value.
+      real(wp) :: value = 0.0_wp
+      !> Its unit, without commas; `1` if it has none.
+      character(:), allocatable :: unit
+   end type quantity_t
 
    !> A constrained mechanical system. An extension states its sizes with `define` and supplies five procedures: `mass`,
    !! `force`, `constraint`, `jacobian` and `b_second`; all others have defaults.
@@ -41,10 +51,15 @@ module taut_constrained_system
       integer :: n_phi = 0
       !> States that are not mechanics.
       integer :: n_w = 0
+      !> Numbers that the system computes at a state besides the standard ones, for tables.
+      integer :: n_outputs = 0
       !> Sizes of the diagonal blocks of M.
       integer, allocatable :: mass_blocks(:)
       !> Whether M never changes.
       logical :: constant_mass = .true.
+      !> Whether the method enforces the constraints. A system with something of its own in their place, such as a spring,
+      !! uses that when they are not; set by the formulation for the method at hand.
+      logical :: enforced = .true.
    contains
       procedure :: define
       procedure :: check_sizes
@@ -64,6 +79,9 @@ module taut_constrained_system
       procedure :: breakpoints => no_breakpoints
       procedure :: x_name => numbered_x
       procedure :: v_name => numbered_v
+      procedure :: output_name => numbered_output
+      procedure :: outputs => no_outputs
+      procedure :: quantities => no_quantities
    end type mechanical_system_t
 
    abstract interface
@@ -108,7 +126,7 @@ module taut_constrained_system
 contains
 
    !> States the sizes of a system; to be called once, where the system is set up.
-   pure subroutine define(self, n, c, nonholonomic, n_x, n_w, mass_blocks, constant_mass)
+   pure subroutine define(self, n, c, nonholonomic, n_x, n_w, mass_blocks, constant_mass, n_outputs)
       !> The system.
       class(mechanical_system_t), intent(inout) :: self
       !> Number of velocities.
@@ -125,6 +143,8 @@ contains
       integer, intent(in), optional :: mass_blocks(:)
       !> Whether M never changes. Default true.
       logical, intent(in), optional :: constant_mass
+      !> Number of further columns in tables. Default 0.
+      integer, intent(in), optional :: n_outputs
 
       self%n = n
       self%c = c
@@ -138,6 +158,8 @@ contains
       if (present(mass_blocks)) self%mass_blocks = mass_blocks
       self%constant_mass = .true.
       if (present(constant_mass)) self%constant_mass = constant_mass
+      self%n_outputs = 0
+      if (present(n_outputs)) self%n_outputs = n_outputs
    end subroutine define
 
    !> Whether the sizes make sense together.
@@ -153,8 +175,9 @@ contains
       else if (self%c < 0 .or. self%n_phi < 0 .or. self%n_phi > self%c) then
          call raise(error, here, 'it has '//to_text(self%n_phi)//' holonomic constraints of '//to_text(self%c), &
                     'give define the number of all constraints and how many of them are nonholonomic')
-      else if (self%n_x < 1 .or. self%n_w < 0) then
-         call raise(error, here, 'a number of coordinates or of other states is negative', 'correct the call of define')
+      else if (self%n_x < 1 .or. self%n_w < 0 .or. self%n_outputs < 0) then
+         call raise(error, here, 'a number of coordinates, of other states or of outputs is negative', &
+                    'correct the call of define')
       else if (.not. allocated(self%mass_blocks)) then
          call raise(error, here, 'the blocks of its mass matrix are not stated', 'call its procedure define')
       else if (any(self%mass_blocks < 1) .or. sum(self%mass_blocks) /= self%n) then
@@ -319,5 +342,48 @@ contains
       associate (unused_system => self)
       end associate
    end function numbered_v
+
+   !> Name of a further column in tables; the default is output1, output2, ...
+   function numbered_output(self, i) result(name)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Index of the output.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = 'output'//to_text(i)
+      associate (unused_system => self)
+      end associate
+   end function numbered_output
+
+   !> What the system computes at a state for tables: forces of its parts, positions of its points; the default, for
+   !! systems that announce outputs and do not compute them, is not a number.
+   subroutine no_outputs(self, at, lambda, values)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> Multipliers of Eq. (14b): (c).
+      real(wp), intent(in) :: lambda(:)
+      !> The numbers: (n_outputs).
+      real(wp), intent(out) :: values(:)
+
+      values(:) = ieee_value(values, ieee_quiet_nan)
+      associate (unused_system => self, unused_state => at, unused_multipliers => lambda)
+      end associate
+   end subroutine no_outputs
+
+   !> What the system knows about itself, such as numbers that follow from its data; the default is nothing.
+   function no_quantities(self) result(list)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> In the order of a table.
+      type(quantity_t), allocatable :: list(:)
+
+      allocate (list(0))
+      associate (unused_system => self)
+      end associate
+   end function no_quantities
 
 end module taut_constrained_system
