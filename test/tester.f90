@@ -8,6 +8,8 @@ program tester
    use test_constrained, only: collect_constrained
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
+   use test_modal_body, only: collect_modal_body
+   use test_rigid_bodies, only: collect_rigid_bodies
    use test_verify, only: collect_verify
    implicit none (type, external)
    type(outcome_t) :: outcome
@@ -20,6 +22,8 @@ program tester
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
+   call run_suite('modal body', collect_modal_body(), trim(only), outcome)
+   call run_suite('rigid bodies', collect_rigid_bodies(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'
