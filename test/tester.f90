@@ -11,6 +11,8 @@ program tester
    use test_ode, only: collect_ode
    use test_projectors, only: collect_projectors
    use test_settings, only: collect_settings
+   use test_modal_body, only: collect_modal_body
+   use test_rigid_bodies, only: collect_rigid_bodies
    use test_verify, only: collect_verify
    use test_weighted_projection, only: collect_weighted_projection
    use test_rotation, only: collect_rotation
@@ -31,6 +33,8 @@ program tester
    call run_suite('helicopter', collect_helicopter(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
+   call run_suite('modal body', collect_modal_body(), trim(only), outcome)
+   call run_suite('rigid bodies', collect_rigid_bodies(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
    call run_suite('settings', collect_settings(), trim(only), outcome)
