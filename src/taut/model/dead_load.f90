@@ -17,10 +17,7 @@ module taut_model_dead_load
    contains
       procedure :: set
       procedure :: factor
-<<<<<<< HEAD
       procedure :: add_to
-=======
->>>>>>> bodies
    end type dead_load_t
 
    character(*), parameter :: here = 'load'
@@ -84,7 +81,6 @@ contains
       factor = self%factors(i) + (self%factors(i + 1) - self%factors(i))*(t - self%times(i))/(self%times(i + 1) - self%times(i))
    end function factor
 
-<<<<<<< HEAD
    !> Adds the load at a time to the force and the moment on its node.
    pure subroutine add_to(self, t, total)
       !> The load.
@@ -100,6 +96,4 @@ contains
       total(4:6) = total(4:6) + now*self%moment
    end subroutine add_to
 
-=======
->>>>>>> bodies
 end module taut_model_dead_load
