@@ -108,7 +108,7 @@ contains
    end function breakpoints
 
    subroutine evaluate(self, t, y, g)
-      class(crossings_t), intent(in) :: self
+      class(crossings_t), intent(inout) :: self
       real(wp), intent(in) :: t
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(out) :: g(:)
@@ -140,7 +140,7 @@ contains
       type(integration_result_t), intent(out) :: result
       character(:), allocatable, intent(inout) :: failure
       class(observer_t), intent(inout), optional :: observer
-      class(events_t), intent(in), optional :: events
+      class(events_t), intent(inout), optional :: events
       type(problem_t) :: problem
       type(integrator_t) :: integrator
       type(error_t), allocatable :: error

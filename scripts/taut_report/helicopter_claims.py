@@ -71,8 +71,9 @@ def penalty_steps(results: Results) -> Claim:
     return Claim(
         "The penalty takes nearly 700 steps.",
         f"{count(accepted)} steps and {count(tried - accepted)} rejected tries, {count(tried)} in all. With "
-        f"the signed error test it runs away: |φ| of {number(runaway.number('penalty', 'max_phi'), unit='m')} "
-        f"within {runaway.number('penalty', 't_end'):g} s.",
+        "the signed error test it runs away: |φ| of "
+        f"{number(runaway.number('penalty', 'max_phi'), unit='m')} within "
+        f"{runaway.number('penalty', 't_end'):g} s.",
         decision,
         because,
     )

@@ -14,7 +14,6 @@ module taut_case_application
 
    !> A case, read and checked.
    type :: job_t
-      type(namelist_file_t) :: file
       class(mechanical_system_t), allocatable :: model
       type(state_t) :: start
       type(settings_t) :: settings
@@ -53,6 +52,7 @@ contains
       !> Exit code: 0 if all went well, 2 for a wrong command line, 1 for everything else.
       integer, intent(out) :: code
       type(command_line_t) :: line
+      type(namelist_file_t), allocatable :: files(:)
       type(job_t), allocatable :: jobs(:)
       type(error_t), allocatable :: error
       logical :: all_ended
@@ -68,21 +68,21 @@ contains
 
       ! Everything is read and checked before anything is written.
       code = 1
-      allocate (jobs(size(line%cases)))
+      allocate (files(size(line%cases)), jobs(size(line%cases)))
       do i = 1, size(jobs)
          associate (job => jobs(i))
-            call job%file%load(line%cases(i)%text, error)
-            if (.not. allocated(error)) call read_case(job%file, job%model, job%start, job%settings, error)
-            if (.not. allocated(error)) call check_start(job%file, job%model, job%start, job%settings, error)
+            call files(i)%load(line%cases(i)%text, error)
+            if (.not. allocated(error)) call read_case(files(i), job%model, job%start, job%settings, error)
+            if (.not. allocated(error)) call check_start(files(i), job%model, job%start, job%settings, error)
          end associate
          if (failed()) return
       end do
-      call check_names([(jobs(i)%file, i=1, size(jobs))], error)
+      call check_names(files, error)
       if (failed()) return
       all_ended = .true.
       do i = 1, size(jobs)
          associate (job => jobs(i))
-            call run_case(job%file, job%model, job%start, job%settings, line%out, line%quiet, all_ended, error)
+            call run_case(files(i), job%model, job%start, job%settings, line%out, line%quiet, all_ended, error)
          end associate
          if (failed()) return
       end do

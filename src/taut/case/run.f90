@@ -9,6 +9,7 @@ module taut_case_run
    use taut_case_recorder, only: recorder_t
    use taut_case_settings, only: settings_t, method_entry_t
    use taut_constrained_formulation, only: constrained_ode_t
+   use taut_constrained_model_events, only: model_events_t
    use taut_constrained_projection, only: consistent_start, start_report_t
    use taut_constrained_simulate, only: simulate
    use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
@@ -70,7 +71,7 @@ contains
       logical, intent(inout) :: all_ended
       !> A file that cannot be written.
       type(error_t), allocatable, intent(inout) :: error
-      type(csv_t) :: summary
+      type(csv_t) :: events, summary
       character(:), allocatable :: folder, row
       integer :: i
 
@@ -80,19 +81,22 @@ contains
       if (allocated(error)) return
       call summary%create(folder//'/summary.csv', error)
       if (.not. allocated(error)) call summary%put(summary_header, error)
+      if (model%n_events > 0) then
+         if (.not. allocated(error)) call events%create(folder//'/events.csv', error)
+         if (.not. allocated(error)) call events%put('method,event,t', error)
+      end if
       if (.not. quiet .and. .not. allocated(error)) &
          write (output_unit, '(a, t28, a)') file%name, 'status              steps  rejected   max phi   max phidot  '// &
          'energy drift [J]  seconds'
       do i = 1, size(settings%methods)
          if (allocated(error)) exit
-         call run_method(file%name, model, start, settings, settings%methods(i), folder, quiet, all_ended, row, error)
+         call run_method(file%name, model, start, settings, settings%methods(i), folder, quiet, all_ended, events, row, error)
          if (.not. allocated(error)) call summary%put(row, error)
       end do
-      if (allocated(error)) then
-         call summary%discard()
-      else
-         call summary%finish(error)
-      end if
+      if (.not. allocated(error)) call events%finish(error)
+      if (.not. allocated(error)) call summary%finish(error)
+      call events%discard()
+      call summary%discard()
    end subroutine run_case
 
    !> What the system knows about itself.
@@ -118,7 +122,7 @@ contains
    end subroutine write_quantities
 
    !> One method.
-   subroutine run_method(case_name, model, start, settings, chosen, folder, quiet, all_ended, row, error)
+   subroutine run_method(case_name, model, start, settings, chosen, folder, quiet, all_ended, events, row, error)
       character(*), intent(in) :: case_name, folder
       class(mechanical_system_t), intent(in) :: model
       type(state_t), intent(in) :: start
@@ -126,22 +130,31 @@ contains
       type(method_entry_t), intent(in) :: chosen
       logical, intent(in) :: quiet
       logical, intent(inout) :: all_ended
+      type(csv_t), intent(inout) :: events
       character(:), allocatable, intent(out) :: row
       type(error_t), allocatable, intent(inout) :: error
       type(recorder_t) :: recorder
+      type(model_events_t), allocatable :: watched
       type(integration_result_t) :: result
       type(constrained_ode_t) :: ode
       type(state_t) :: at
       integer(int64) :: before, after, rate
       real(wp) :: seconds
+      integer :: i
 
       at = start
       at%t = settings%t_start
       call recorder%create(folder//'/'//chosen%label//'.csv', model, settings%t_start, settings%t_end, error)
       if (allocated(error)) return
       call recorder%progress%start(case_name//' '//chosen%label, quiet)
+      ! An argument that is not allocated counts as not present.
+      if (model%n_events > 0) then
+         allocate (watched)
+         call watched%init(model)
+      end if
       call system_clock(before, rate)
-      call simulate(model, at, settings%t_end, result, error, chosen%method, settings%options, recorder, ode=ode)
+      call simulate(model, at, settings%t_end, result, error, chosen%method, settings%options, recorder, &
+                    watched, ode=ode)
       call system_clock(after)
       seconds = real(after - before, wp)/real(rate, wp)
       call recorder%progress%finish()
@@ -156,6 +169,13 @@ contains
       if (result%status /= status_reached_end .and. result%status /= status_event) then
          all_ended = .false.
          if (allocated(result%error)) write (error_unit, '(5a)') case_name, ' ', chosen%label, ': ', result%error%line()
+      end if
+      if (allocated(result%events)) then
+         do i = 1, size(result%events)
+            call events%put(chosen%label//','//model%event_name(result%events(i)%index)//','// &
+                            number(result%events(i)%t), error)
+            if (allocated(error)) return
+         end do
       end if
       if (recorder%points == 0) recorder%min_rank = 0
       row = case_name//','//chosen%label//','//status_name(result%status)//','//number(result%t)//','// &

@@ -37,7 +37,7 @@ contains
       !> Sees the output points.
       class(observer_t), intent(inout), optional :: observer
       !> Sign changes to look for.
-      class(events_t), intent(in), optional :: events
+      class(events_t), intent(inout), optional :: events
       !> How far the initial state was moved.
       type(start_report_t), intent(out), optional :: start
       !> The formulation, for its counters.

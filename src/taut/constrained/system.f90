@@ -53,6 +53,8 @@ module taut_constrained_system
       integer :: n_w = 0
       !> Numbers that the system computes at a state besides the standard ones, for tables.
       integer :: n_outputs = 0
+      !> Functions of the state whose sign changes are events, for tables.
+      integer :: n_events = 0
       !> Sizes of the diagonal blocks of M.
       integer, allocatable :: mass_blocks(:)
       !> Whether M never changes.
@@ -82,6 +84,8 @@ module taut_constrained_system
       procedure :: output_name => numbered_output
       procedure :: outputs => no_outputs
       procedure :: quantities => no_quantities
+      procedure :: event_name => numbered_event
+      procedure :: event_values => no_event_values
    end type mechanical_system_t
 
    abstract interface
@@ -126,7 +130,7 @@ module taut_constrained_system
 contains
 
    !> States the sizes of a system; to be called once, where the system is set up.
-   pure subroutine define(self, n, c, nonholonomic, n_x, n_w, mass_blocks, constant_mass, n_outputs)
+   pure subroutine define(self, n, c, nonholonomic, n_x, n_w, mass_blocks, constant_mass, n_outputs, n_events)
       !> The system.
       class(mechanical_system_t), intent(inout) :: self
       !> Number of velocities.
@@ -145,6 +149,8 @@ contains
       logical, intent(in), optional :: constant_mass
       !> Number of further columns in tables. Default 0.
       integer, intent(in), optional :: n_outputs
+      !> Number of events. Default 0.
+      integer, intent(in), optional :: n_events
 
       self%n = n
       self%c = c
@@ -160,6 +166,8 @@ contains
       if (present(constant_mass)) self%constant_mass = constant_mass
       self%n_outputs = 0
       if (present(n_outputs)) self%n_outputs = n_outputs
+      self%n_events = 0
+      if (present(n_events)) self%n_events = n_events
    end subroutine define
 
    !> Whether the sizes make sense together.
@@ -385,5 +393,33 @@ contains
       associate (unused_system => self)
       end associate
    end function no_quantities
+
+   !> Name of an event in tables; the default is event1, event2, ...
+   function numbered_event(self, i) result(name)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Index of the event.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = 'event'//to_text(i)
+      associate (unused_system => self)
+      end associate
+   end function numbered_event
+
+   !> Functions whose sign changes are recorded; the default, for systems that announce none, never changes sign.
+   subroutine no_event_values(self, at, values)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The functions: (n_events).
+      real(wp), intent(out) :: values(:)
+
+      values(:) = 1.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine no_event_values
 
 end module taut_constrained_system

@@ -61,6 +61,8 @@ module taut_model_modal_body
       procedure :: normalize
       procedure :: energy
       procedure :: breakpoints
+      procedure :: x_name
+      procedure :: v_name
       procedure :: node_position
       procedure :: link
    end type modal_body_t
@@ -490,5 +492,43 @@ contains
          times = [times, self%loads(k)%times]
       end do
    end function breakpoints
+
+   !> x, y, z, qa, qb, qc, qd for the frame; q1, q2, ... for the amplitudes.
+   function x_name(self, i) result(name)
+      !> The body.
+      class(modal_body_t), intent(in) :: self
+      !> Index of the coordinate.
+      integer, intent(in) :: i
+      !> The name.
+      character(:), allocatable :: name
+      character(len=2), parameter :: frame(7) = [character(len=2) :: 'x', 'y', 'z', 'qa', 'qb', 'qc', 'qd']
+
+      if (i <= 7) then
+         name = trim(frame(i))
+      else
+         name = 'q'//to_text(i - 7)
+      end if
+      associate (unused_body => self)
+      end associate
+   end function x_name
+
+   !> vx, vy, vz, wx, wy, wz for the frame; vq1, vq2, ... for the amplitudes.
+   function v_name(self, i) result(name)
+      !> The body.
+      class(modal_body_t), intent(in) :: self
+      !> Index of the velocity.
+      integer, intent(in) :: i
+      !> The name.
+      character(:), allocatable :: name
+      character(len=2), parameter :: frame(6) = [character(len=2) :: 'vx', 'vy', 'vz', 'wx', 'wy', 'wz']
+
+      if (i <= 6) then
+         name = trim(frame(i))
+      else
+         name = 'vq'//to_text(i - 6)
+      end if
+      associate (unused_body => self)
+      end associate
+   end function v_name
 
 end module taut_model_modal_body

@@ -33,8 +33,8 @@ module taut_ode_event
       subroutine event_functions(self, t, y, g)
          import :: events_t, wp
          implicit none (type, external)
-         !> The events.
-         class(events_t), intent(in) :: self
+         !> The events; a workspace of theirs may change.
+         class(events_t), intent(inout) :: self
          !> Time [s].
          real(wp), intent(in) :: t
          !> State: (n).

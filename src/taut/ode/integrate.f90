@@ -132,7 +132,7 @@ contains
       !> Sees the output points.
       class(observer_t), intent(inout), optional :: observer
       !> Sign changes to look for.
-      class(events_t), intent(in), optional :: events
+      class(events_t), intent(inout), optional :: events
       real(wp), allocatable :: stops(:)
       integer :: i
 
@@ -266,7 +266,7 @@ contains
       logical, intent(in) :: last
       type(integration_result_t), intent(inout) :: result
       class(observer_t), intent(inout), optional :: observer
-      class(events_t), intent(in), optional :: events
+      class(events_t), intent(inout), optional :: events
       real(wp) :: h, h_next, least, t_new
       logical :: accepted, lands
       integer :: info
@@ -394,7 +394,7 @@ contains
       logical, intent(in) :: at_end
       type(integration_result_t), intent(inout) :: result
       class(observer_t), intent(inout), optional :: observer
-      class(events_t), intent(in), optional :: events
+      class(events_t), intent(inout), optional :: events
       real(wp) :: t_shown, t_last
       integer :: first_terminal
 
@@ -463,7 +463,7 @@ contains
       real(wp), intent(inout) :: t_last
       integer, intent(out) :: first_terminal
       type(integration_result_t), intent(inout) :: result
-      class(events_t), intent(in) :: events
+      class(events_t), intent(inout) :: events
       type(event_record_t) :: found
       type(event_record_t), allocatable :: met(:)
       integer :: i, j
@@ -509,7 +509,7 @@ contains
       integer, intent(in) :: index
       type(event_record_t), intent(inout) :: found
       type(integration_result_t), intent(inout) :: result
-      class(events_t), intent(in) :: events
+      class(events_t), intent(inout) :: events
       real(wp) :: a, b, c, ga, gb, gc, g, t, fraction, width, xi, phi
       integer :: i
 

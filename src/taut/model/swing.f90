@@ -1,0 +1,351 @@
+!> The swing of Sect. 4.2 (Figure 3): a flexible beam A-E with a mass at its middle C, hung from the ground by a rigid massless
+!! link at each end; either of finite-volume beam elements or of a few of their modes in a floating frame.
+!!
+!! Axes: origin at A and x from A to E at the start, y up. Link 1 goes up from A; link 2 goes from E up and to the right
+!! under 45 degrees. The multipliers are the tensions of the links [N].
+module taut_model_swing
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
+   use taut_constrained_system, only: state_t
+   use taut_model_beam, only: beam_t, new_beam, straight_nodes
+   use taut_model_beam_section, only: beam_section_t, rectangular_section
+   use taut_model_dead_load, only: dead_load_t
+   use taut_model_modal_body, only: modal_body_t, new_modal_body
+   implicit none (type, external)
+   private
+   public :: swing_beam_t, swing_data_t, swing_modal_t, new_swing_beam, new_swing_modal
+
+   !> What the swing is made of; the defaults are the paper's.
+   type :: swing_data_t
+      !> Number of elements, a multiple of four: the markers B and D are at the quarter points.
+      integer :: elements = 4
+      !> Length of the beam, thickness in the plane, width [m].
+      real(wp) :: length = 0.72_wp, thickness = 1.0e-3_wp, width = 5.0e-3_wp
+      !> Young's modulus [Pa], Poisson's ratio, density [kg/m^3]. (The paper's '73 MPa' is a slip for GPa.)
+      real(wp) :: young = 73.0e9_wp, poisson = 0.3_wp, density = 2700.0_wp
+      !> Mass at mid-span [kg].
+      real(wp) :: mid_mass = 0.5_wp
+      !> Lengths of the links [m].
+      real(wp) :: link_1 = 0.36_wp, link_2 = 0.36_wp*sqrt(2.0_wp)
+      !> Force on C at its peak [N], in global axes.
+      real(wp) :: force(3) = [2.0_wp, 0.0_wp, 0.0_wp]
+      !> Times at which the triangular force starts, peaks and ends [s].
+      real(wp) :: times(3) = [0.0_wp, 0.128_wp, 0.256_wp]
+      !> Gravity [m/s^2].
+      real(wp) :: gravity(3) = 0.0_wp
+      !> Time constant of the beam's viscous damping [s].
+      real(wp) :: damping = 0.0_wp
+   end type swing_data_t
+
+   !> The swing of beam elements.
+   type, extends(beam_t) :: swing_beam_t
+      integer, private :: marker(5) = 0
+      real(wp), private :: support(3) = 0.0_wp
+   contains
+      procedure :: output_name => beam_marker_name
+      procedure :: outputs => beam_markers
+      procedure :: event_name => beam_event_name
+      procedure :: event_values => beam_alignment
+   end type swing_beam_t
+
+   !> The swing of modes.
+   type, extends(modal_body_t) :: swing_modal_t
+      !> Frequencies of its modes [Hz].
+      real(wp), allocatable :: frequency(:)
+      integer, private :: marker(5) = 0
+      real(wp), private :: support(3) = 0.0_wp
+   contains
+      procedure :: output_name => modal_marker_name
+      procedure :: outputs => modal_markers
+      procedure :: event_name => modal_event_name
+      procedure :: event_values => modal_alignment
+   end type swing_modal_t
+
+   character(*), parameter :: here = 'swing'
+
+contains
+
+   !> The swing of beam elements.
+   subroutine new_swing_beam(self, data, error)
+      !> The swing.
+      type(swing_beam_t), intent(out) :: self
+      !> What it is made of.
+      type(swing_data_t), intent(in) :: data
+      !> Values that make no sense.
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: supports(3, 2)
+
+      call bare_beam(self%beam_t, data, error)
+      if (allocated(error)) return
+      self%marker = marked(data%elements)
+      call find_supports(data, supports)
+      self%support = supports(:, 1)
+      call self%link(1, supports(:, 1), data%link_1, error)
+      call self%link(self%nodes, supports(:, 2), data%link_2, error)
+      call self%add_load(self%marker(3), data%force, [0.0_wp, 0.0_wp, 0.0_wp], error, data%times, [0.0_wp, 1.0_wp, 0.0_wp])
+      self%gravity = data%gravity
+      self%n_outputs = 15
+      self%n_events = 2
+   end subroutine new_swing_beam
+
+   !> The swing of modes of the beam with the displacements of its ends blocked, in its plane.
+   subroutine new_swing_modal(self, data, modes, error)
+      !> The swing.
+      type(swing_modal_t), intent(out) :: self
+      !> What it is made of; `elements` of the beam whose modes are taken.
+      type(swing_data_t), intent(in) :: data
+      !> Which modes, in order of frequency.
+      integer, intent(in) :: modes(:)
+      !> Values that make no sense, modes that do not exist.
+      type(error_t), allocatable, intent(inout) :: error
+      type(beam_t) :: beam
+      type(dead_load_t) :: load
+      type(modes_options_t) :: options
+      type(modes_t) :: found
+      type(state_t) :: at
+      real(wp), allocatable :: position(:, :), rotation(:, :, :), shape(:, :, :), stiffness(:, :)
+      real(wp) :: supports(3, 2)
+      real(wp), parameter :: pi = acos(-1.0_wp)
+      integer :: i, k, n
+
+      call bare_beam(beam, data, error)
+      if (allocated(error)) return
+      n = beam%nodes
+      options%constrained = .false.
+      options%blocked = [1, 2, 6*n - 5, 6*n - 4, ([6*i - 3, 6*i - 2, 6*i - 1], i=1, n)]
+      at = beam%reference_state()
+      call eigenmodes(beam, at, found, error, options)
+      if (allocated(error)) return
+      if (size(modes) < 1 .or. any(modes < 1) .or. any(modes > size(found%frequency))) then
+         call raise(error, here, 'modes are asked for that do not exist', &
+                    'name modes from 1 to '//to_text(size(found%frequency)))
+         return
+      end if
+      do i = 2, size(modes)
+         if (any(modes(:i - 1) == modes(i))) &
+            call raise(error, here, 'mode '//to_text(modes(i))//' is named twice', 'name each once')
+      end do
+      if (allocated(error)) return
+      allocate (position(3, n), shape(3, size(modes), n), rotation(3, size(modes), n))
+      allocate (stiffness(size(modes), size(modes)), source=0.0_wp)
+      do i = 1, n
+         position(:, i) = at%x(7*i - 6:7*i - 4)
+         do k = 1, size(modes)
+            shape(:, k, i) = found%shapes(6*i - 5:6*i - 3, modes(k))
+            rotation(:, k, i) = found%shapes(6*i - 2:6*i, modes(k))
+         end do
+      end do
+      do k = 1, size(modes)
+         stiffness(k, k) = (2.0_wp*pi*found%frequency(modes(k)))**2
+      end do
+      call new_modal_body(self%modal_body_t, position, beam%m, beam%inertia, shape, rotation, stiffness, error)
+      if (allocated(error)) return
+      allocate (self%frequency, source=found%frequency(modes))
+      self%marker = marked(data%elements)
+      call find_supports(data, supports)
+      self%support = supports(:, 1)
+      call self%link(1, supports(:, 1), data%link_1, error)
+      call self%link(n, supports(:, 2), data%link_2, error)
+      call load%set(self%marker(3), data%force, [0.0_wp, 0.0_wp, 0.0_wp], error, data%times, [0.0_wp, 1.0_wp, 0.0_wp])
+      self%loads = [load]
+      self%gravity = data%gravity
+      self%n_outputs = 15
+      self%n_events = 2
+   end subroutine new_swing_modal
+
+   !> The beam with its mass, free.
+   subroutine bare_beam(beam, data, error)
+      type(beam_t), intent(out) :: beam
+      type(swing_data_t), intent(in) :: data
+      type(error_t), allocatable, intent(inout) :: error
+      type(beam_section_t) :: section
+      real(wp), allocatable :: orientations(:, :), positions(:, :)
+
+      if (data%elements < 4 .or. modulo(data%elements, 4) /= 0) &
+         call raise(error, here, 'elements = '//to_text(data%elements)//' is not a multiple of four', &
+                    'give 4, 8, 12, ...: the markers B and D are at the quarter points')
+      if (.not. (data%length > 0.0_wp .and. data%length <= huge(1.0_wp))) &
+         call raise(error, here, 'length = '//to_text(data%length)//' is not positive', 'give the length of the beam in m')
+      if (.not. data%mid_mass >= 0.0_wp) &
+         call raise(error, here, 'mid_mass = '//to_text(data%mid_mass)//' is negative', 'give a mass in kg')
+      if (.not. (data%link_1 > 0.0_wp .and. data%link_2 > 0.0_wp)) &
+         call raise(error, here, 'the length of a link is not positive', 'give link_1 and link_2 in m')
+      call rectangular_section(section, data%young, data%poisson, data%density, data%thickness, data%width, error)
+      if (allocated(error)) return
+      call straight_nodes([0.0_wp, 0.0_wp, 0.0_wp], [data%length, 0.0_wp, 0.0_wp], data%elements, [0.0_wp, 1.0_wp, 0.0_wp], &
+                          positions, orientations)
+      call new_beam(beam, positions, orientations, section, error, damping=data%damping)
+      if (allocated(error)) return
+      if (data%mid_mass > 0.0_wp) call beam%add_mass(data%elements/2 + 1, data%mid_mass, error)
+   end subroutine bare_beam
+
+   !> Nodes of the markers A to E.
+   pure function marked(elements) result(nodes)
+      integer, intent(in) :: elements
+      integer :: nodes(5)
+      integer :: i
+
+      nodes = [(1 + (i*elements)/4, i=0, 4)]
+   end function marked
+
+   !> Where the links are pinned to the ground.
+   pure subroutine find_supports(data, supports)
+      type(swing_data_t), intent(in) :: data
+      real(wp), intent(out) :: supports(3, 2)
+
+      supports(:, 1) = [0.0_wp, data%link_1, 0.0_wp]
+      supports(:, 2) = [data%length, 0.0_wp, 0.0_wp] + data%link_2*sqrt(0.5_wp)*[1.0_wp, 1.0_wp, 0.0_wp]
+   end subroutine find_supports
+
+   !> Ax, Ay, Az, Bx, ...
+   pure function marker_name(i) result(name)
+      integer, intent(in) :: i
+      character(:), allocatable :: name
+      character(*), parameter :: letters = 'ABCDE', axes = 'xyz'
+
+      name = letters((i + 2)/3:(i + 2)/3)//axes(modulo(i - 1, 3) + 1:modulo(i - 1, 3) + 1)
+   end function marker_name
+
+   !> Name of an event: link 1 in line with A-C, or with the chord A-E.
+   pure function alignment_name(i) result(name)
+      integer, intent(in) :: i
+      character(:), allocatable :: name
+
+      name = 'link-AC'
+      if (i == 2) name = 'link-AE'
+   end function alignment_name
+
+   !> Products across, in the plane, of link 1 with A-C and with A-E [m^2]; zero where they are in line.
+   pure subroutine alignment(a, c, e, support, values)
+      real(wp), intent(in) :: a(3), c(3), e(3), support(3)
+      real(wp), intent(out) :: values(:)
+
+      associate (link => a - support)
+         values(1) = link(1)*(c(2) - a(2)) - link(2)*(c(1) - a(1))
+         values(2) = link(1)*(e(2) - a(2)) - link(2)*(e(1) - a(1))
+      end associate
+   end subroutine alignment
+
+   !> Name of a marker's coordinate.
+   function beam_marker_name(self, i) result(name)
+      !> The swing.
+      class(swing_beam_t), intent(in) :: self
+      !> Index of the output.
+      integer, intent(in) :: i
+      !> The name.
+      character(:), allocatable :: name
+
+      name = marker_name(i)
+      associate (unused_swing => self)
+      end associate
+   end function beam_marker_name
+
+   !> Positions of the markers [m].
+   subroutine beam_markers(self, at, lambda, values)
+      !> The swing.
+      class(swing_beam_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> Tensions of the links [N].
+      real(wp), intent(in) :: lambda(:)
+      !> Ax, Ay, Az, ...: (15).
+      real(wp), intent(out) :: values(:)
+      integer :: i
+
+      do i = 1, 5
+         values(3*i - 2:3*i) = at%x(7*self%marker(i) - 6:7*self%marker(i) - 4)
+      end do
+      associate (unused_tensions => lambda)
+      end associate
+   end subroutine beam_markers
+
+   !> Name of an event.
+   function beam_event_name(self, i) result(name)
+      !> The swing.
+      class(swing_beam_t), intent(in) :: self
+      !> Index of the event.
+      integer, intent(in) :: i
+      !> The name.
+      character(:), allocatable :: name
+
+      name = alignment_name(i)
+      associate (unused_swing => self)
+      end associate
+   end function beam_event_name
+
+   !> Link 1 against A-C and A-E.
+   subroutine beam_alignment(self, at, values)
+      !> The swing.
+      class(swing_beam_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> Products across: (2) [m^2].
+      real(wp), intent(out) :: values(:)
+
+      associate (c => 7*self%marker(3), e => 7*self%marker(5))
+         call alignment(at%x(1:3), at%x(c - 6:c - 4), at%x(e - 6:e - 4), self%support, values)
+      end associate
+   end subroutine beam_alignment
+
+   !> Name of a marker's coordinate.
+   function modal_marker_name(self, i) result(name)
+      !> The swing.
+      class(swing_modal_t), intent(in) :: self
+      !> Index of the output.
+      integer, intent(in) :: i
+      !> The name.
+      character(:), allocatable :: name
+
+      name = marker_name(i)
+      associate (unused_swing => self)
+      end associate
+   end function modal_marker_name
+
+   !> Positions of the markers [m].
+   subroutine modal_markers(self, at, lambda, values)
+      !> The swing.
+      class(swing_modal_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> Tensions of the links [N].
+      real(wp), intent(in) :: lambda(:)
+      !> Ax, Ay, Az, ...: (15).
+      real(wp), intent(out) :: values(:)
+      integer :: i
+
+      do i = 1, 5
+         values(3*i - 2:3*i) = self%node_position(at, self%marker(i))
+      end do
+      associate (unused_tensions => lambda)
+      end associate
+   end subroutine modal_markers
+
+   !> Name of an event.
+   function modal_event_name(self, i) result(name)
+      !> The swing.
+      class(swing_modal_t), intent(in) :: self
+      !> Index of the event.
+      integer, intent(in) :: i
+      !> The name.
+      character(:), allocatable :: name
+
+      name = alignment_name(i)
+      associate (unused_swing => self)
+      end associate
+   end function modal_event_name
+
+   !> Link 1 against A-C and A-E.
+   subroutine modal_alignment(self, at, values)
+      !> The swing.
+      class(swing_modal_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> Products across: (2) [m^2].
+      real(wp), intent(out) :: values(:)
+
+      call alignment(self%node_position(at, self%marker(1)), self%node_position(at, self%marker(3)), &
+                     self%node_position(at, self%marker(5)), self%support, values)
+   end subroutine modal_alignment
+
+end module taut_model_swing
