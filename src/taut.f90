@@ -32,6 +32,8 @@ module taut
    use taut_constrained_formulation, only: constrained_ode_t, sample_t
    use taut_constrained_projectors, only: projectors
    use taut_constrained_simulate, only: simulate
+   use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
+   use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
    use taut_constrained_verify, only: verify, finding_t
    implicit none (type, external)
    private
@@ -40,6 +42,7 @@ module taut
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t
    public :: observer_t, trajectory_t, events_t, event_record_t, sample_t, constrained_ode_t
    public :: consistent_start, start_report_t, verify, finding_t, projectors
+   public :: equilibrium, equilibrium_options_t, equilibrium_result_t, eigenmodes, modes_options_t, modes_t
    public :: ode_system_t, integrator_t, projector_t, pseudo_inverse_t, path_name
    public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection
    public :: status_name, status_reached_end, status_event, status_step_too_small, status_too_many_steps, &

@@ -7,7 +7,7 @@ module beams
    use taut_rotation, only: quaternion_product, rotate
    implicit none (type, external)
    private
-   public :: coupled_section, deformed, slender_beam, swing_beam, turned
+   public :: coupled_section, deformed, hung_beam, slender_beam, swing_beam, turned
 
    real(wp), parameter :: axes(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
 
@@ -65,6 +65,24 @@ contains
       call new_section(section, matmul(transpose(root), root), 1.3_wp, [0.5_wp, 0.3_wp, 0.2_wp], error)
       if (allocated(error)) error stop 'the coupled section'
    end function coupled_section
+
+   !> A soft damped beam of two elements with every kind of constraint and load.
+   function hung_beam() result(beam)
+      type(beam_t) :: beam
+      type(error_t), allocatable :: error
+      real(wp), allocatable :: positions(:, :), orientations(:, :)
+
+      call straight_nodes([0.0_wp, 0.0_wp, 0.0_wp], 2.0_wp*axes(:, 1), 2, axes(:, 2), positions, orientations)
+      call new_beam(beam, positions, orientations, coupled_section(), error, damping=0.01_wp)
+      beam%gravity = [0.0_wp, -1.0_wp, 0.0_wp]
+      call beam%add_mass(2, 1.0_wp, error, &
+                         reshape([2.0_wp, 0.1_wp, 0.0_wp, 0.1_wp, 1.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3]))
+      call beam%fix_position(1, axes(:, 3), error)
+      call beam%fix_rotation(1, axes(:, 1), error)
+      call beam%link(3, [2.0_wp, 1.0_wp, 0.0_wp], 1.0_wp, error)
+      call beam%add_load(2, axes(:, 1), axes(:, 2), error, [0.0_wp, 0.05_wp], [0.0_wp, 1.0_wp])
+      if (allocated(error)) error stop 'the hung beam'
+   end function hung_beam
 
    !> Coordinates that have been displaced irregularly by about `size` (length and angle), in the plane x-y or in space.
    function deformed(beam, size, planar) result(x)

@@ -2,10 +2,12 @@
 module test_allocation
    use, intrinsic :: iso_fortran_env, only: int64
    use allocation_counter, only: allocations
+   use beams, only: hung_beam
    use systems, only: new_compound, new_coupler, new_particle, sleigh
    use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, method_names, method_t, state_t, wp
    use taut_model_pendulum, only: new_pendulum, pendulum_t
+   use taut_model_beam, only: beam_t
    use testing, only: check, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -120,11 +122,16 @@ contains
    subroutine systems_do_not_allocate(failure)
       character(:), allocatable, intent(inout) :: failure
       type(method_t) :: method
+      type(beam_t) :: beam
+      real(wp), allocatable :: v(:)
 
       call compare_runs('coupler', new_coupler(3), [0.6_wp, -0.8_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], method, failure)
       call compare_runs('compound pendulum', new_compound(), [0.3_wp, -0.4_wp, 0.8_wp, 0.6_wp], [0.0_wp, 0.0_wp, 0.0_wp], &
                         method, failure)
       call compare_runs('sleigh', new_particle(sleigh), [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1.0_wp], method, failure)
+      beam = hung_beam()
+      allocate (v(beam%n), source=0.0_wp)
+      call compare_runs('beam', beam, beam%x_reference, v, method, failure)
    end subroutine systems_do_not_allocate
 
 end module test_allocation

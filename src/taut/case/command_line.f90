@@ -84,9 +84,11 @@ contains
    end subroutine read_command_line
 
    !> The text of `--help`.
-   function usage(app, default_case, about) result(text)
+   function usage(app, default_case, about, ending) result(text)
       !> Name of the app, its default case, and what it does.
       character(*), intent(in) :: app, default_case, about
+      !> Its files and exit codes. Default: those of an app that integrates.
+      character(*), intent(in), optional :: ending
       !> Several lines.
       character(:), allocatable :: text
       character, parameter :: nl = new_line('a')
@@ -97,8 +99,12 @@ contains
              '  --out DIR  folder for the results; default: results'//nl// &
              '  --quiet    print nothing but errors'//nl// &
              '  --help     print this'//nl// &
-             '  --version  print the version'//nl//nl// &
-             'For each method of a case: DIR/<case>/<method>.csv; for the case: DIR/<case>/summary.csv, and'//nl// &
+             '  --version  print the version'//nl//nl
+      if (present(ending)) then
+         text = text//ending
+         return
+      end if
+      text = text//'For each method of a case: DIR/<case>/<method>.csv; for the case: DIR/<case>/summary.csv, and'//nl// &
              'DIR/<case>/model.csv if the system has data to tell.'//nl// &
              'Exit code: 0 if every integration reached its end or a terminal event, 1 otherwise, 2 for a bad command line.'
    end function usage

@@ -284,7 +284,8 @@ contains
             f(k, i) = f(k, i) + self%m(i)*self%gravity(k)
             w(k) = at%v(6*i - 3 + k)
          end do
-         f(4:6, i) = rotate_back(at%x(7*i - 3:7*i), f(4:6, i))
+         h = rotate_back(at%x(7*i - 3:7*i), f(4:6, i))
+         f(4:6, i) = h
          do k = 1, 3
             h(k) = self%inertia(k, 1, i)*w(1) + self%inertia(k, 2, i)*w(2) + self%inertia(k, 3, i)*w(3)
          end do
@@ -296,9 +297,8 @@ contains
 
    !> The reference configuration at rest, t = 0.
    function reference_state(self) result(at)
-      !> The system.
+      !> The system and the state.
       class(nodal_system_t), intent(in) :: self
-      !> The state.
       type(state_t) :: at
 
       allocate (at%x, source=self%x_reference)
@@ -352,12 +352,15 @@ contains
       type(state_t), intent(in) :: at
       !> The constraint matrix: (c, 6 nodes).
       real(wp), intent(out) :: a(:, :)
+      real(wp) :: row(6)
       integer :: i, j
 
+      ! Results of known size go through a local: the compiler would allocate them otherwise. So also below.
       a(:, :) = 0.0_wp
       do i = 1, self%c
          j = self%constraints(i)%node
-         a(i, 6*j - 5:6*j) = self%constraints(i)%row(at%x(7*j - 6:7*j))
+         row = self%constraints(i)%row(at%x(7*j - 6:7*j))
+         a(i, 6*j - 5:6*j) = row
       end do
    end subroutine jacobian
 
@@ -378,12 +381,10 @@ contains
 
    !> {v; q {0, W}/2} of each node.
    subroutine x_rate(self, at, u, value)
-      !> The system and its state; x and t may be used.
+      !> The system and its state; velocities (6 nodes); xdot (7 nodes).
       class(nodal_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
-      !> Velocities: (6 nodes).
       real(wp), intent(in) :: u(:)
-      !> xdot: (7 nodes).
       real(wp), intent(out) :: value(:)
       integer :: i
 
@@ -395,12 +396,10 @@ contains
 
    !> The inverse of `x_rate`.
    subroutine v_of_x_rate(self, at, rate, u)
-      !> The system and its state; x and t may be used.
+      !> The system and its state; xdot (7 nodes); velocities (6 nodes).
       class(nodal_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
-      !> Rate of the coordinates: (7 nodes).
       real(wp), intent(in) :: rate(:)
-      !> Velocities: (6 nodes).
       real(wp), intent(out) :: u(:)
       integer :: i
 
@@ -412,30 +411,31 @@ contains
 
    !> Each node is moved, and turned about its own axes: q := q exp(d).
    subroutine displace(self, d, x)
-      !> The system.
+      !> The system; displacement and rotation vector (body axes) of each node (6 nodes); coordinates (7 nodes).
       class(nodal_system_t), intent(in) :: self
-      !> Displacement and rotation vector (body axes) of each node: (6 nodes).
       real(wp), intent(in) :: d(:)
-      !> Coordinates: (7 nodes).
       real(wp), intent(inout) :: x(:)
+      real(wp) :: q(4)
       integer :: i
 
       do i = 1, self%nodes
          x(7*i - 6:7*i - 4) = x(7*i - 6:7*i - 4) + d(6*i - 5:6*i - 3)
-         x(7*i - 3:7*i) = quaternion_product(x(7*i - 3:7*i), quaternion_of_vector(d(6*i - 2:6*i)))
+         q = quaternion_product(x(7*i - 3:7*i), quaternion_of_vector(d(6*i - 2:6*i)))
+         x(7*i - 3:7*i) = q
       end do
    end subroutine displace
 
    !> Quaternions are brought back to length one.
    subroutine normalize(self, x)
-      !> The system.
+      !> The system, and its coordinates (7 nodes).
       class(nodal_system_t), intent(in) :: self
-      !> Coordinates: (7 nodes).
       real(wp), intent(inout) :: x(:)
+      real(wp) :: q(4)
       integer :: i
 
       do i = 1, self%nodes
-         x(7*i - 3:7*i) = quaternion_normalized(x(7*i - 3:7*i))
+         q = quaternion_normalized(x(7*i - 3:7*i))
+         x(7*i - 3:7*i) = q
       end do
    end subroutine normalize
 
