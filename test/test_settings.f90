@@ -96,7 +96,7 @@ contains
       type(error_t), allocatable :: error
       real(wp), allocatable :: read(:)
 
-      call load('&integration t_start = 1, t_end = 2, rtol = 3d-3, atol = 4e-4, first_step = 5.0, min_step = 6.0,'//lf// &
+      call load('&integration t_start = 1, t_end = 2, rtol = 3d-3, atol = 4e-4, first_step = 6.0, min_step = 5.0,'//lf// &
                 ' max_step = 7.0, max_steps = 8, step_control = "fixed", norm = "max", projection_limit = 9.0 /'//lf// &
                 '&output dt = 0.5 /'//lf//'&method name = "penalty", label = "a_b-c.1", weight = "mass",'//lf// &
                 ' stage_projection = "none", state_projection = "position", form = "force", solver = "factor", rcond = 0.1,'// &
@@ -108,7 +108,7 @@ contains
       associate (o => settings%options, m => settings%methods(1)%method)
          read = [settings%t_start, settings%t_end, 1.0e3_wp*o%rtol, 1.0e4_wp*o%atol, o%first_step, o%min_step, o%max_step, &
                  real(o%max_steps, wp), o%projection_limit]
-         call check_below(failure, maxval(abs(read - [1, 2, 3, 4, 5, 6, 7, 8, 9])), 1.0e-12_wp, 'a number of &integration')
+         call check_below(failure, maxval(abs(read - [1, 2, 3, 4, 6, 5, 7, 8, 9])), 1.0e-12_wp, 'a number of &integration')
          call check(failure, o%step_control == 'fixed' .and. o%norm == 'max', 'a text of &integration')
          call check_below(failure, o%output_dt - 0.5_wp, 0.0_wp, 'dt of &output')
          read = [100.0_wp*m%rcond, m%alpha, m%beta, m%dt, m%correction_tolerance, m%stiffness, m%damping, &

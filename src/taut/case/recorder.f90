@@ -104,12 +104,14 @@ contains
       !> A state that cannot be evaluated, or a file that cannot be written.
       type(error_t), allocatable, intent(inout) :: error
       integer :: i, info
+      character(:), allocatable :: why
 
       select type (ode)
       class is (constrained_ode_t)
          call ode%sample(t, y, self%sample, info)
          if (info /= rhs_ok) then
-            call raise(error, 'output', 'the multipliers at t = '//to_text(t)//' s cannot be computed: '//ode%failure(), &
+            call ode%failure(why)
+            call raise(error, 'output', 'the multipliers at t = '//to_text(t)//' s cannot be computed: '//why, &
                        'tighten the tolerances')
             return
          end if

@@ -113,6 +113,7 @@ contains
          self%replaces_x = method%name /= 'baseline'
          self%replaces_v = self%replaces_x
          if (method%name == 'yu-chen') self%threshold = method%correction_tolerance
+         self%limits_projection = self%threshold < 0.0_wp
       end select
       self%shares_mass = method%weight == 'mass'
       self%force_form = method%form == 'force'
@@ -520,18 +521,18 @@ contains
    end function breakpoints
 
    !> Why the last evaluation or projection failed.
-   function failure(self) result(text)
+   subroutine failure(self, text)
       !> The formulation.
       class(constrained_ode_t), intent(in) :: self
       !> One line.
-      character(:), allocatable :: text
+      character(:), allocatable, intent(out) :: text
 
       if (self%bad_row_of_mass > 0) then
          text = 'the mass matrix is not positive definite at row '//to_text(self%bad_row_of_mass)
       else
-         text = self%projector%explain()
+         call self%projector%explain(text)
       end if
-   end function failure
+   end subroutine failure
 
    !> Violations, multipliers, energy, rank and what the system computes besides at a state, evaluated afresh.
    subroutine sample(self, t, y, s, info)

@@ -112,12 +112,13 @@ contains
    !> Names in one line.
    pure function listed(names) result(text)
       character(*), intent(in) :: names(:)
-      character(:), allocatable :: text
-      integer :: i
+      character(len=sum(len_trim(names)) + 4*size(names) - 2) :: text
+      integer :: i, last
 
       text = '"'//trim(names(1))//'"'
       do i = 2, size(names)
-         text = text//', "'//trim(names(i))//'"'
+         last = sum(len_trim(names(:i - 1))) + 4*(i - 1) - 2
+         text(last + 1:) = ', "'//trim(names(i))//'"'
       end do
    end function listed
 

@@ -243,7 +243,8 @@ contains
          call model%normalize(at%x)
          call model%constraint(at, self%phi)
          if (all(ieee_is_finite(self%phi))) then
-            if (dot_product(self%phi, self%phi) < before) then
+            ! Where constraints are inconsistent, what can be reduced may be less than round-off of what cannot.
+            if (dot_product(self%phi, self%phi) <= before*(1.0_wp + 8.0_wp*epsilon(1.0_wp))) then
                self%residual = maxval(abs(self%phi))
                info = rhs_ok
                return
@@ -411,11 +412,11 @@ contains
    end subroutine give_up
 
    !> Why the last projection failed, in words.
-   function explain(self) result(text)
+   subroutine explain(self, text)
       !> The projector.
       class(projector_t), intent(in) :: self
       !> One line.
-      character(:), allocatable :: text
+      character(:), allocatable, intent(out) :: text
 
       select case (self%reason)
       case (not_converged)
@@ -431,7 +432,7 @@ contains
       case default
          text = ''
       end select
-   end function explain
+   end subroutine explain
 
    !> Brings an initial state to the constraints: x by Eq. (17), v by Eq. (11a); where they are not enforced it stays.
    subroutine consistent_start(model, method, at, report, error)
@@ -448,7 +449,8 @@ contains
       type(projector_t) :: projector
       type(method_t) :: patient
       real(wp), allocatable :: x(:), v(:)
-      integer :: info
+      character(:), allocatable :: why
+      integer :: i, info
       character(*), parameter :: here = 'initial state'
 
       call model%check_sizes(error)
@@ -465,6 +467,15 @@ contains
                     to_text(model%n_w), 'give as many as the system has')
          return
       end if
+      do i = 1, model%n_x
+         if (.not. ieee_is_finite(at%x(i))) call raise(error, here, 'coordinate '//to_text(i)//' is not a number', 'set it')
+      end do
+      do i = 1, model%n
+         if (.not. ieee_is_finite(at%v(i))) call raise(error, here, 'velocity '//to_text(i)//' is not a number', 'set it')
+      end do
+      if (.not. (all(ieee_is_finite(at%w)) .and. ieee_is_finite(at%t))) &
+         call raise(error, here, 'the time or another state is not a number', 'set it')
+      if (allocated(error)) return
       report%freedoms = model%n
       if (method%name == 'unconstrained') return
       allocate (x, source=at%x)
@@ -479,7 +490,8 @@ contains
       report%iterations = projector%iterations
       if (info == rhs_ok) call projector%linearize(model, at, info, 0.0_wp)
       if (info /= rhs_ok) then
-         call raise(error, here, projector%explain(), 'start closer to the constraints, or correct them')
+         call projector%explain(why)
+         call raise(error, here, why, 'start closer to the constraints, or correct them')
          return
       end if
       report%rank = projector%onto%rank

@@ -37,6 +37,7 @@ contains
       type(weighted_projection_t) :: reduced
       real(wp), allocatable :: b(:)
       integer :: info
+      character(:), allocatable :: why
       character(*), parameter :: here = 'projectors'
 
       call model%check_sizes(error)
@@ -45,7 +46,8 @@ contains
       call projector%init(model, method)
       call projector%linearize(model, at, info, 0.0_wp)
       if (info /= 0) then
-         call raise(error, here, projector%explain(), 'see what the model says of this state')
+         call projector%explain(why)
+         call raise(error, here, why, 'see what the model says of this state')
          return
       end if
       call m%init(model%mass_blocks)

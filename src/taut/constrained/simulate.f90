@@ -9,6 +9,7 @@ module taut_constrained_simulate
    use taut_ode_event, only: events_t
    use taut_ode_integrate, only: integration_options_t, integration_result_t, integrator_t
    use taut_ode_observer, only: observer_t
+   use taut_ode_status, only: status_not_started
    implicit none (type, external)
    private
    public :: simulate
@@ -64,6 +65,10 @@ contains
       allocate (y(used%size()))
       call used%pack(at, y)
       call integrator%run(used, at%t, y, t_end, result, observer, events)
+      if (result%status == status_not_started .and. allocated(result%error)) then
+         call move_alloc(result%error, error)
+         return
+      end if
       call used%unpack(at%t, y, at)
    end subroutine simulate
 

@@ -247,7 +247,11 @@ contains
       !> xdot: (n_x).
       real(wp), intent(out) :: value(:)
 
-      value(:) = u
+      if (size(u) == size(value)) then
+         value(:) = u
+      else
+         value(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+      end if
       associate (unused_system => self, unused_state => at)
       end associate
    end subroutine x_rate_is_v
@@ -263,7 +267,11 @@ contains
       !> Velocities: (n).
       real(wp), intent(out) :: u(:)
 
-      u(:) = rate
+      if (size(u) == size(rate)) then
+         u(:) = rate
+      else
+         u(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+      end if
       associate (unused_system => self, unused_state => at)
       end associate
    end subroutine v_is_x_rate

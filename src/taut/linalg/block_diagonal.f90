@@ -1,7 +1,9 @@
 !> Symmetric positive definite matrices made of blocks on the diagonal: mass matrices and weights.
 !!
-!! A diagonal matrix is one whose blocks have size one, a dense matrix is one block; so one type serves all.
+!! A diagonal matrix is one whose blocks have size one, a dense matrix is one block; so one type serves all. Entries that do
+!! not fit the blocks make all of them NaN, so that `verify` and the integrator see it.
 module taut_linalg_block_diagonal
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
    use taut_kinds, only: wp
    use taut_linalg_lapack, only: dpotrf, dpotrs, dtrtrs
    implicit none (type, external)
@@ -82,6 +84,10 @@ contains
       real(wp), intent(in) :: d(:)
       integer :: b, i, s
 
+      if (size(d) /= self%n) then
+         self%values(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+         return
+      end if
       if (self%diagonal) then
          self%values(:) = d
          return
@@ -111,14 +117,30 @@ contains
       end do
    end subroutine set_block
 
-   !> Sets a matrix that is one block.
+   !> Sets the matrix from all its entries; those outside the blocks have to be zero.
    pure subroutine set_dense(self, values)
       !> The matrix.
       class(block_diagonal_t), intent(inout) :: self
       !> All its entries: (n, n); symmetric.
       real(wp), intent(in) :: values(:, :)
 
-      call self%set_block(1, values)
+      integer :: b, f, i, j, l
+
+      if (size(values, 1) /= self%n .or. size(values, 2) /= self%n) then
+         self%values(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+         return
+      end if
+      do b = 1, size(self%first) - 1
+         f = self%first(b)
+         l = self%first(b + 1) - 1
+         call self%set_block(b, values(f:l, f:l))
+         do j = f, l
+            do i = 1, self%n
+               if (i >= f .and. i <= l) cycle
+               if (abs(values(i, j)) > 0.0_wp) self%values(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+            end do
+         end do
+      end do
    end subroutine set_dense
 
    !> The matrix with all its zeros.
@@ -146,6 +168,12 @@ contains
       integer, intent(out) :: info
       integer :: b, i, s
 
+      do i = 1, size(self%values)
+         if (.not. ieee_is_finite(self%values(i))) then
+            info = 1
+            return
+         end if
+      end do
       info = 0
       if (self%diagonal) then
          do i = 1, self%n

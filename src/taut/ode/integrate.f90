@@ -25,7 +25,7 @@ module taut_ode_integrate
       real(wp), allocatable :: atol_of(:)
       !> First step [s]; 0 for an automatic one.
       real(wp) :: first_step = 0.0_wp
-      !> Largest step [s].
+      !> Largest step [s]; the last one before an end or a breakpoint may be longer by 1 %.
       real(wp) :: max_step = huge(1.0_wp)
       !> Smallest step [s]; ten units of round-off of the time if that is more.
       real(wp) :: min_step = 0.0_wp
@@ -110,6 +110,13 @@ contains
                     'give a time in seconds, or 0 for every step')
       if (options%min_step > options%max_step) &
          call raise(error, here, 'min_step is larger than max_step', 'exchange them')
+      if (options%first_step > 0.0_wp .and. options%first_step < options%min_step) &
+         call raise(error, here, 'first_step is smaller than min_step', 'give a longer one, or 0 for an automatic one')
+      if (self%control%fixed .and. options%first_step > options%max_step) &
+         call raise(error, here, 'step_control = "fixed" with first_step longer than max_step', 'leave max_step out')
+      if (.not. options%projection_limit > 0.0_wp) &
+         call raise(error, here, 'projection_limit = '//to_text(options%projection_limit)//' is not positive', &
+                    'give a number of tolerances such as 100')
       self%n = n
       if (allocated(self%y)) deallocate (self%y, self%y_new, self%y_work, self%error, self%k, self%dense)
       allocate (self%y(n), self%y_new(n), self%y_work(n), self%error(n), self%k(n, stages), self%dense(n, 5), source=0.0_wp)
@@ -136,12 +143,36 @@ contains
       real(wp), allocatable :: stops(:)
       integer :: i
 
+      allocate (result%events(0))
+      result%t = t
+      if (.not. (ieee_is_finite(t) .and. ieee_is_finite(t_end))) then
+         call raise(result%error, 'integration', 'the start or the end is not a number', &
+                    'give times in seconds; to run until an event give a large one')
+         return
+      end if
+      if (present(events)) then
+         if (.not. (allocated(events%direction) .and. allocated(events%terminal))) then
+            call raise(result%error, 'integration', 'direction or terminal of the events is not allocated', &
+                       'give both one entry for each function')
+         else if (size(events%direction) /= size(events%terminal)) then
+            call raise(result%error, 'integration', 'direction and terminal of the events have different sizes', &
+                       'give both one entry for each function')
+         end if
+         if (allocated(result%error)) return
+      end if
+      if (self%options%output_dt > 0.0_wp) then
+         if (abs(t_end - t)/self%options%output_dt >= real(huge(1), wp)) then
+            call raise(result%error, 'integration', 'output_dt = '//to_text(self%options%output_dt)// &
+                       ' s asks for too many points', &
+                       'give a longer time, or 0 for every step')
+            return
+         end if
+      end if
       self%direction = sign(1.0_wp, t_end - t)
       self%t = t
       self%t_start = t
       self%y(:) = y
       self%outputs = 0
-      allocate (result%events(0))
       if (present(events)) then
          if (allocated(self%g_old)) deallocate (self%g_old, self%g_new, self%g_work)
          allocate (self%g_old(size(events%terminal)), self%g_new(size(events%terminal)), &
@@ -255,7 +286,7 @@ contains
       else
          h1 = max(1.0e-6_wp, 1.0e-3_wp*abs(h))
       end if
-      self%h = self%direction*min(100.0_wp*abs(h), h1)
+      self%h = self%direction*max(min(100.0_wp*abs(h), h1), self%options%min_step)
    end subroutine start
 
    !> Steps to the next stop.
@@ -272,7 +303,6 @@ contains
       integer :: info
 
       info = rhs_ok
-      least = max(self%options%min_step, 10.0_wp*spacing(max(abs(self%t), abs(stop_time))))
       do
          if (result%steps + result%rejected >= self%options%max_steps) then
             result%status = status_too_many_steps
@@ -281,6 +311,8 @@ contains
             return
          end if
          h = self%direction*min(abs(self%h), self%options%max_step)
+         ! Near t = 0 round-off is that of the first steps.
+         least = max(self%options%min_step, 10.0_wp*spacing(max(abs(self%t), min(abs(stop_time), 1.0e-3_wp))))
          lands = abs(h)*1.01_wp >= abs(stop_time - self%t)
          if (.not. self%control%aware_of_projection .and. .not. self%control%fixed) lands = abs(h) >= abs(stop_time - self%t)
          if (lands) h = stop_time - self%t
@@ -366,7 +398,7 @@ contains
          call self%control%reduce(h_next)
          return
       end if
-      if (self%control%aware_of_projection) then
+      if (self%control%aware_of_projection .and. ode%limits_projection) then
          self%y_work(:) = self%y_work - self%y_new
          if (self%control%norm(self%y_work, self%y, self%y_new) > self%options%projection_limit) then
             accepted = .false.
@@ -528,7 +560,7 @@ contains
             if (result%status /= status_not_started) return
             call events%evaluate(t, self%y_work, self%g_work)
             g = self%g_work(index)
-            if (g*ga >= 0.0_wp) then
+            if ((g > 0.0_wp .and. ga > 0.0_wp) .or. (g < 0.0_wp .and. ga < 0.0_wp)) then
                c = a
                gc = ga
             else
@@ -550,6 +582,16 @@ contains
             end if
             fraction = min(1.0_wp - width, max(width, fraction))
          end do
+      end if
+      ! The side beyond the sign change, so that a new start from here does not meet the same event again.
+      if ((ga > 0.0_wp .and. self%g_new(index) < 0.0_wp) .or. (ga < 0.0_wp .and. self%g_new(index) > 0.0_wp)) then
+         a = b
+         if (abs(a - t_new) <= 0.0_wp) then
+            self%y_work(:) = self%y_new
+         else
+            call interpolate(self, ode, a, h, self%y_work, result)
+            if (result%status /= status_not_started) return
+         end if
       end if
       found%t = a
       found%index = index
@@ -580,8 +622,9 @@ contains
 
       if (info == rhs_ok) then
          result%status = status_step_too_small
-         call raise(result%error, 'integration', 'the tolerance asks for a step of '//to_text(abs(h))//' s at t = '// &
-                    to_text(t)//' s', 'loosen the tolerances, or look for a jump in the forces (a breakpoint)')
+         call raise(result%error, 'integration', 'a step of '//to_text(abs(h))//' s would be needed at t = '// &
+                    to_text(t)//' s, below the smallest one', &
+                    'loosen the tolerances, or look for a jump in the forces (a breakpoint)')
       else
          call fail(ode, info, t, result)
       end if
@@ -595,7 +638,7 @@ contains
       type(integration_result_t), intent(inout) :: result
       character(:), allocatable :: why
 
-      why = ode%failure()
+      call ode%failure(why)
       select case (info)
       case (rhs_no_projection)
          result%status = status_projection_failed

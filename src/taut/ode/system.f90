@@ -14,6 +14,9 @@ module taut_ode_system
 
    !> y' = f(t, y). A system owns the workspace of its right-hand side: one object per thread.
    type, abstract :: ode_system_t
+      !> Whether a step is rejected when its projection moves the state by more than the integrator's `projection_limit`: it
+      !! makes no sense where violations gather over many steps before they are corrected.
+      logical :: limits_projection = .true.
    contains
       procedure(right_hand_side), deferred :: rhs
       procedure :: project => project_nothing
@@ -88,15 +91,15 @@ contains
    end function no_breakpoints
 
    !> What the last answer other than `rhs_ok` was about, in words.
-   function no_failure(self) result(text)
+   subroutine no_failure(self, text)
       !> The system.
       class(ode_system_t), intent(in) :: self
       !> One line, may be empty.
-      character(:), allocatable :: text
+      character(:), allocatable, intent(out) :: text
 
       text = ''
       associate (unused_system => self)
       end associate
-   end function no_failure
+   end subroutine no_failure
 
 end module taut_ode_system
