@@ -141,7 +141,8 @@ contains
       end do
       call new_modal_body(self%modal_body_t, position, beam%m, beam%inertia, shape, rotation, stiffness, error)
       if (allocated(error)) return
-      allocate (self%frequency, source=found%frequency(modes))
+      allocate (self%frequency(size(modes)))
+      self%frequency(:) = found%frequency(modes)
       self%marker = marked(data%elements)
       call find_supports(data, supports)
       self%support = supports(:, 1)
