@@ -63,6 +63,11 @@ def violations(run: Run, column: str, end: float = np.inf) -> float:
     return float(np.abs(run[column][run["t"] <= end]).max())
 
 
+def energy_kept(run: Run) -> tuple[float, float]:
+    """Returns the energy when the load has ended, and at the end of the run [J]."""
+    return float(run["energy"][np.searchsorted(run["t"], PULSE + 1e-9)]), float(run["energy"][-1])
+
+
 def peak_tension(run: Run, start: float = 0.0, end: float = np.inf) -> tuple[float, float]:
     """Returns the largest force of the first link in an interval [N], and when it acts [s]."""
     inside = np.flatnonzero((run["t"] >= start) & (run["t"] <= end))

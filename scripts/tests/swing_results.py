@@ -38,6 +38,9 @@ class Swung:
     h: float = 5e-5
     h_after: float = 0.0
     peak: float = 150.0
+    energy: float = 0.064
+    # The violation's rate from 0.65 s on, in multiples of what it is before.
+    jump: float = 100.0
     status: str = "reached-end"
 
 
@@ -99,8 +102,18 @@ def history(made: Swung) -> np.ndarray:
     one, none = np.ones_like(t), np.zeros_like(t)
     h = np.where(t > 0.65, made.h_after or made.h, made.h)
     force = 0.2 + made.peak * np.exp(-(((t - 0.64) / 3e-3) ** 2))
-    columns = [t, h, none, none, made.phi * one, made.phi * one, none, made.raw * one, made.raw * one]
-    columns += [none, none, none, force, none, 2 * one]
+    columns = [
+        t,
+        h,
+        none,
+        none,
+        made.phi * one,
+        made.phi * np.where(t > 0.65, made.jump, 1.0),
+        none,
+        made.raw * one,
+        made.raw * one,
+    ]
+    columns += [made.energy * np.minimum(t / 0.256, 1.0) ** 2, none, none, force, none, 2 * one]
     for m in MARKERS:
         columns += [run[f"{m}x"][: len(t)], run[f"{m}y"][: len(t)] + off, none]
     return np.column_stack(columns)
