@@ -11,6 +11,7 @@ class Verdict(Enum):
     YES = ("✓", "reproduced")
     CONDITION = ("◐", "reproduced under a condition")
     NO = ("✗", "not reproduced")
+    NOT_YET = ("○", "not yet")
 
     @property
     def sign(self) -> str:

@@ -1,7 +1,7 @@
 """A figure or an animation as data: what it is drawn from, how, and where its files are."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
@@ -24,7 +24,13 @@ class Spec:
     name: str
     title: str
     cases: tuple[str, ...]
+    # Files that are not results.
+    files: tuple[Path, ...] = field(default=(), kw_only=True)
     kinds: ClassVar[tuple[str, ...]]
+
+    def can_draw(self, results: Results) -> bool:
+        """Returns whether the cases have been run."""
+        return all(results.has(case) for case in self.cases)
 
     def path(self, results: Results, kind: str = "") -> Path:
         """Returns the file of a kind, that for the report if none is given."""
@@ -45,7 +51,7 @@ class Spec:
     def save_if_stale(self, results: Results) -> None:
         """Draws when a file is missing or older than what it is drawn from."""
         sources = [path for case in self.cases for path in results.case(case).folder.glob("*.csv")]
-        newest = max(path.stat().st_mtime for path in sources)
+        newest = max((path.stat().st_mtime for path in (*sources, *self.files)), default=0.0)
         paths = [self.path(results, kind) for kind in self.kinds]
         if not all(path.exists() and path.stat().st_mtime >= newest for path in paths):
             self.save(results)
@@ -79,11 +85,11 @@ class AnimationSpec(Spec):
         pictures: list[Image.Image] = []
         for figure in self.frames(results):
             figure.canvas.draw()
-            picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
-            # All frames share the colors of the first, so that nothing flickers.
-            first = pictures[0] if pictures else picture.quantize(64, method=Image.Quantize.MEDIANCUT)
-            pictures.append(picture.quantize(palette=first, dither=Image.Dither.NONE))
+            pictures.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3]))
         plt.close(figure)
+        # All frames share the colors of the last, when everything has been drawn: nothing flickers.
+        colors = pictures[-1].quantize(128, method=Image.Quantize.MAXCOVERAGE)
+        pictures = [picture.quantize(palette=colors, dither=Image.Dither.NONE) for picture in pictures]
         pictures[0].save(
             paths[0],
             save_all=True,

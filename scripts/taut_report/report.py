@@ -11,8 +11,8 @@ from markupsafe import Markup, escape
 
 from taut_report.data import Results
 from taut_report.document import Figure, Paragraph, Report, Table
-from taut_report.formats import NBSP
-from taut_report.problems import CHAPTERS, FIGURES
+from taut_report.formats import NBSP, listed
+from taut_report.problems import PROBLEMS, with_results
 
 TITLE = "taut: the paper says, taut gives"
 LEAD = (
@@ -25,10 +25,23 @@ WIDTH = 110
 
 
 def build(results: Results) -> Report:
-    """Returns the report, and draws the figures that are missing or older than the results."""
-    for figure in FIGURES:
-        figure.save_if_stale(results)
-    return Report(TITLE, LEAD, tuple(chapter(results) for chapter in CHAPTERS))
+    """Returns the report, and draws the figures that are missing or older than the results.
+
+    A problem that has not been run is left out, and the lead tells.
+    """
+    problems = with_results(results)
+    for problem in problems:
+        for figure in problem.figures:
+            if figure.can_draw(results):
+                figure.save_if_stale(results)
+    chapters = tuple(problem.build(results) for problem in problems)
+    left_out = [
+        f"{problem.title} ({listed(list(problem.missing(results)))})"
+        for problem in PROBLEMS
+        if problem not in problems
+    ]
+    lead = LEAD + f" Left out, for want of results: {listed(left_out)}." * bool(left_out)
+    return Report(TITLE, lead, chapters)
 
 
 def write(report: Report, folder: Path) -> tuple[Path, Path]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from helicopter_results import CASES as HELICOPTER
 from report_results import ALL, Made, write_all, write_case
+from swing_results import write_swing
 from taut_report import cases, claims, claims_energy, helicopter_chapter, pendulum_chapter, report
 from taut_report.data import DataError, Results
 from taut_report.document import Claim, Table, Verdict
@@ -20,7 +21,8 @@ SCRIPTS = Path(__file__).resolve().parents[1]
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    return Results(write_all(tmp_path_factory.mktemp("results")))
+    root = write_all(tmp_path_factory.mktemp("results"))
+    return Results(write_swing(root))
 
 
 @pytest.fixture(scope="module")
@@ -126,8 +128,8 @@ def test_the_page_holds_every_table_and_figure_and_needs_nothing_else(document: 
     ]
     tables = [block for block in blocks if isinstance(block, Table)]
     assert page.count("<table") == len(tables) + len(document.chapters)
-    assert page.count('src="data:image/png;base64,') == 7
-    assert page.count('src="data:image/gif;base64,') == 1
+    assert page.count('src="data:image/png;base64,') == 13
+    assert page.count('src="data:image/gif;base64,') == 2
     assert "prefers-color-scheme: dark" in page and "@media print" in page
 
 

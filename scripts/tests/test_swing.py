@@ -1,0 +1,344 @@
+"""The swing: measures, verdicts, tables and figures, from made-up results."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from swing_results import (
+    BASELINE,
+    CASES,
+    FREQUENCIES,
+    Swung,
+    wider,
+    write_frequencies,
+    write_modes,
+    write_run,
+    write_swing,
+)
+from taut_report import (
+    problems,
+    style,
+    swing,
+    swing_chapter,
+    swing_claims,
+    swing_claims_modal,
+    swing_sketch,
+)
+from taut_report import report as report_module
+from taut_report import swing_measures as measures
+from taut_report.data import DataError, Results, Run
+from taut_report.document import Claim, Table, Verdict
+
+YES, CONDITION, NO = Verdict.YES, Verdict.CONDITION, Verdict.NO
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return Results(write_swing(tmp_path_factory.mktemp("results")))
+
+
+@pytest.fixture
+def again(results: Results, tmp_path: Path) -> Results:
+    """A copy of the results that a test may change."""
+    shutil.copytree(results.root, tmp_path, dirs_exist_ok=True)
+    return Results(tmp_path)
+
+
+def judged(again: Results, judge, **changed: Swung) -> Claim:  # noqa: ANN001
+    for key, made in changed.items():
+        case = key.removeprefix("run_")
+        write_run(again.root, case, "baseline" if case in BASELINE else "present", made)
+    return judge(again)
+
+
+def test_the_links_have_their_lengths_in_the_reference_curves() -> None:
+    for elements in (2, 4):
+        points = measures.positions(measures.reference(elements))
+        assert points[0] == pytest.approx(measures.START)
+        for i, end in enumerate((0, -1)):
+            lengths = np.linalg.norm(points[:, end] - measures.SUPPORTS[i], axis=-1)
+            assert np.abs(lengths - measures.LINKS[i]).max() < 1e-7
+
+
+def test_the_reference_curves_agree_before_the_event_only() -> None:
+    pair = measures.reference(2), measures.reference(4)
+    assert measures.apart(*pair, end=measures.BEFORE) == pytest.approx(1.02e-4, rel=1e-2)
+    assert measures.apart(*pair, start=0.65) > 1e-2
+
+
+def test_samples_between_uneven_steps_are_of_third_order() -> None:
+    errors = []
+    for n in (40, 80):
+        t = np.linspace(0, 1, n + 1) ** 1.3
+        # A time that comes twice, as after an event, counts once.
+        t = np.insert(t, 5, t[5])
+        times = np.linspace(0, 1, 333)
+        found = measures.sample(t, np.stack([np.sin(5 * t), np.cos(5 * t)], -1), times)
+        errors.append(np.abs(found - np.stack([np.sin(5 * times), np.cos(5 * times)], -1)).max())
+    assert errors[1] < errors[0] / 7 and errors[1] < 1e-4
+
+
+def test_distances_end_with_the_shorter_run(results: Results) -> None:
+    times, distance = measures.distances(results.case("mesh8").run("present"), measures.reference())
+    assert times[-1] == pytest.approx(0.6) and distance.shape == (601, 5)
+    assert distance.max() == pytest.approx(7e-5)
+
+
+def test_the_largest_in_each_interval_keeps_the_peak() -> None:
+    t = np.linspace(0, 1, 10001)
+    values = np.full_like(t, -1e-3)
+    values[7777] = -5.0
+    at, most = measures.largest_in_pieces(t, values)
+    assert len(at) == 500 and most.max() == 5.0 and abs(at[most.argmax()] - t[7777]) < 2e-3
+    assert (most >= 1e-3).all()
+
+
+def test_the_first_alignment_counts_and_there_may_be_none(again: Results) -> None:
+    assert measures.events(again, "1b") == {"link-AC": 0.6399, "link-AE": 0.6475}
+    # The run ends before.
+    assert measures.events(again, "mesh8") == {} and measures.event_time(again, "mesh8", "none") is None
+    path = again.root / "1b" / "events.csv"
+    path.write_text("method,what,t\npresent,link-AC,0.6\n")
+    with pytest.raises(DataError, match=r"events\.csv: no columns event and t"):
+        measures.events(again, "1b")
+    path.unlink()
+    assert measures.events(again, "1b") == {}
+    assert measures.event_time(again, "1b", "2b") == 0.6399
+
+
+def test_modes_are_found_by_their_kind(again: Results) -> None:
+    assert measures.modes(again) == [(1, 0.443067), (2, 18.17406), (3, 28.45715), (5, 319.4767)]
+    write_frequencies(again.root / "table1", FREQUENCIES[:3])
+    number, frequency = measures.modes(again)[3]
+    assert number == 0 and np.isnan(frequency)
+    assert swing_claims.frequencies(again).verdict is NO
+    style.use()
+    assert "not among the modes" in swing.figure5(again).axes[3].get_title("left")
+    assert swing_claims.shapes(again).verdict is NO
+
+
+def test_the_paper_s_statements_on_results_like_taut_s(results: Results) -> None:
+    claims = swing_claims.swing_claims(results)
+    found = {judge.__name__: claim for (_, judge), claim in zip(swing_claims.CLAIMS, claims, strict=True)}
+    expected = {
+        "chaotic_part": CONDITION,
+        "beam_step_count": CONDITION,
+        "same_steps": CONDITION,
+        "goes_on": NO,
+        "close_to_beam": CONDITION,
+        "modal_counts": CONDITION,
+        "axial_mode": CONDITION,
+        "fully_implicit": Verdict.NOT_YET,
+    }
+    assert {name: claim.verdict for name, claim in found.items() if claim.verdict is not YES} == expected
+    assert all(claim.because for claim in claims if claim.verdict is not YES)
+
+
+def test_frequencies_are_judged_by_the_digits_that_are_printed(again: Results) -> None:
+    assert swing_claims.frequencies(again).verdict is YES
+    write_frequencies(again.root / "table1", (("0.4437", *FREQUENCIES[0][1:]), *FREQUENCIES[1:]))
+    claim = swing_claims.frequencies(again)
+    assert claim.verdict is NO and "first symmetric bending" in claim.because
+
+
+def test_an_axial_mode_that_is_no_triangle(again: Results) -> None:
+    assert swing_claims.shapes(again).verdict is YES
+    write_modes(again.root, triangle=1.2)
+    assert swing_claims.shapes(again).verdict is NO
+
+
+def test_steps_of_the_beam(again: Results) -> None:
+    assert "31,730 and 31,667" in swing_claims.same_steps(again).taut
+    claim = judged(again, swing_claims.same_steps, run_1b=wider("1b", steps=69001))
+    assert claim.verdict is NO
+    assert judged(again, swing_claims.beam_step_count, run_1b=wider("1b", steps=34000)).verdict is NO
+    for name in ("1a_uncapped", "1b_uncapped"):
+        shutil.rmtree(again.root / name)
+    claim = judged(again, swing_claims.same_steps, run_1b=wider("1b"))
+    assert claim.verdict is YES and "cap" not in claim.taut
+
+
+def test_baseline_and_present_that_part(again: Results) -> None:
+    claim = judged(again, swing_claims.same_motion, run_1b=wider("1b", off=2.9e-4))
+    assert claim.verdict is NO
+
+
+def test_drift_of_the_beam(again: Results) -> None:
+    claim = judged(again, swing_claims.beam_drift, run_1a=wider("1a", phi=1e-9))
+    assert claim.verdict is NO and claim.because == "it drifts before"
+    claim = judged(again, swing_claims.beam_drift, run_1a=wider("1a", jump=1.0))
+    assert claim.verdict is NO and claim.because == "nothing changes there"
+
+
+def test_a_beam_that_stops_or_crawls_after_the_event(again: Results) -> None:
+    crawls = wider("1b_long", h_after=1e-7)
+    assert judged(again, swing_claims.goes_on, run_1b_long=crawls).verdict is CONDITION
+    stops = wider("1b_long", t_end=0.65, status="step-too-small")
+    claim = judged(again, swing_claims.goes_on, run_1b_long=stops)
+    assert claim.verdict is CONDITION and "step-too-small" in claim.taut
+    for name in ("1b", "1b_uncapped"):
+        shutil.rmtree(again.root / name)
+    assert swing_claims.goes_on(again).verdict is YES
+
+
+def test_a_run_that_makes_energy_has_not_converged(again: Results) -> None:
+    path = again.root / "1b_long" / "present.csv"
+    assert swing_claims.goes_on(again).verdict is NO
+    lines = path.read_text().splitlines()
+    cells = lines[-1].split(",")
+    cells[lines[0].split(",").index("energy")] = "1.15"
+    path.write_text("\n".join([*lines[:-1], ",".join(cells)]) + "\n")
+    claim = swing_claims.goes_on(again)
+    assert claim.verdict is CONDITION and "0.0640 → 1.15" in claim.taut
+
+
+def test_alignment_and_impulse(again: Results) -> None:
+    assert "0.6399" in swing_claims.alignment(again).taut
+    early = wider("2b_tight", t_end=0.642)
+    # With A-C alone, since the run ends before the chord.
+    assert "never with the chord" in judged(again, swing_claims.alignment, run_2b_tight=early).taut
+    weak = wider("1b", peak=0.1)
+    assert judged(again, swing_claims.impulse, run_1b=weak).verdict is NO
+
+
+def test_counts_of_the_modal_model(again: Results) -> None:
+    claim = judged(again, swing_claims_modal.modal_counts, run_2b=wider("2b", steps=40000))
+    assert claim.verdict is NO
+    claim = judged(again, swing_claims_modal.modal_mean_step, run_2b=wider("2b", steps=1000))
+    assert claim.verdict is NO
+    assert judged(again, swing_claims_modal.fewer_steps, run_2b=wider("2b", steps=60000)).verdict is NO
+
+
+def test_the_axial_mode(again: Results) -> None:
+    same = wider("3b", after=0.0)
+    assert judged(again, swing_claims_modal.axial_mode, run_3b=same).verdict is YES
+    other = wider("3b", off=5e-3)
+    assert judged(again, swing_claims_modal.axial_mode, run_3b=other).verdict is NO
+
+
+def test_counts_without_the_axial_mode(again: Results) -> None:
+    claim = judged(again, swing_claims_modal.simple_counts, run_3b=wider("3b", steps=1004))
+    assert claim.verdict is NO
+    many = {f"run_{name}": wider(name, steps=2000) for name in ("3a", "3b")}
+    assert judged(again, swing_claims_modal.simple_counts, **many).verdict is CONDITION
+    claim = judged(again, swing_claims_modal.at_the_cap, run_3b=wider("3b", h=5e-4))
+    assert claim.verdict is NO
+
+
+def test_drift_and_its_cure(again: Results) -> None:
+    claim = judged(again, swing_claims_modal.drift_cured, run_2b=wider("2b", phi=1e-9))
+    assert claim.verdict is NO
+    claim = judged(again, swing_claims_modal.simple_drift, run_3b=wider("3b", phi=1e-3))
+    assert claim.verdict is NO
+    claim = judged(again, swing_claims_modal.larger_violations, run_1a=wider("1a", phi=1e-3))
+    assert claim.verdict is NO
+
+
+def test_a_modal_model_far_from_the_beam(again: Results) -> None:
+    claim = judged(again, swing_claims_modal.close_to_beam, run_2b_tight=wider("2b_tight", off=3e-3))
+    assert claim.verdict is NO
+
+
+def test_mesh_convergence_and_its_rate(results: Results) -> None:
+    table, _, compared, _ = swing_chapter.against_reference(results)
+    assert table.rows == (
+        ("4", "2.8\u00a0×\u00a010⁻⁴", ""),
+        ("8", "7.0\u00a0×\u00a010⁻⁵", "2.00"),
+        table.rows[2],
+    )
+    assert table.rows[2][2] == "1.88"
+    rows = {row[0]: row[1:] for row in compared.rows}
+    assert rows["analysis (0)"] == ("", "", "0.406")
+    assert rows["2b, modal"] == ("1.5", "1.5 (1.00\u00a0s)", "0.407")
+    assert rows["1b, 4 elements"] == ("0.28", "0.28 (0.690\u00a0s)", "")
+
+
+def test_table_2_has_the_paper_s_numbers_beside_the_runs(results: Results) -> None:
+    table, _ = swing_chapter.table_2(results)
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["(2b) Modal, present"][:4] == ("1.00", "28,103", "1.00", "18,728")
+    assert rows["(1b) without the cap of 10⁻⁵ s"][:4] == ("", "", "0.69", "31,667")
+
+
+@pytest.mark.parametrize("spec", swing.FIGURES, ids=lambda spec: spec.name)
+def test_each_figure_is_written(results: Results, spec) -> None:  # noqa: ANN001
+    paths = spec.save(results)
+    assert [path.suffix[1:] for path in paths] == list(spec.kinds)
+    assert min(path.stat().st_size for path in paths) > 10_000
+    if spec.kinds == ("gif",):
+        with Image.open(paths[0]) as picture:
+            assert picture.n_frames > 60 and picture.info["loop"] == 0
+        assert paths[0].stat().st_size < 4_000_000
+
+
+def test_markers_are_told_apart_in_color_and_in_gray() -> None:
+    assert len(set(swing_sketch.COLORS.values())) == len(set(swing_sketch.SHAPES.values())) == 5
+
+
+def test_the_beam_is_drawn_through_its_markers() -> None:
+    points = measures.START + np.array([[0, 0.1], [0, 0.02], [0, -0.03], [0, 0.0], [0, 0.2]])
+    curve = swing_sketch.smooth(points)
+    assert curve[::20] == pytest.approx(points)
+
+
+def test_a_figure_is_drawn_anew_when_the_reference_curves_are_newer(
+    results: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (spec,) = (spec for spec in swing.FIGURES if spec.name == "swing_figure4")
+    assert spec.files == measures.REFERENCES
+    drawn: list[str] = []
+    monkeypatch.setattr(type(spec), "write", lambda self, results, paths: drawn.append(self.name))
+    spec.save_if_stale(Results(tmp_path))
+    spec.save(results)
+    assert drawn == ["swing_figure4"] * 2
+
+
+@pytest.mark.parametrize(
+    "without", [(), ("1a",), ("2b", "2b_tight"), ("3a", "3b", "table1"), tuple(set(CASES) - {"1b"})]
+)
+def test_a_report_without_some_cases(results: Results, tmp_path: Path, without: tuple[str, ...]) -> None:
+    ignored = shutil.ignore_patterns(*without, "figures")
+    shutil.copytree(results.root, tmp_path, ignore=ignored, dirs_exist_ok=True)
+    chapter = swing_chapter.build(Results(tmp_path))
+    assert chapter.claims[-1].verdict is Verdict.NOT_YET
+    told = " ".join(chapter.warnings)
+    assert all((name in told) == (name in without) for name in ("1a", "2b", "3b"))
+    for section in chapter.sections:
+        assert section.blocks
+        assert all(block.rows for block in section.blocks if isinstance(block, Table))
+
+
+def test_a_problem_without_results_is_left_out_and_the_lead_tells(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="no complete set of results: run scripts/reproduce first"):
+        report_module.build(Results(tmp_path))
+    with pytest.raises(DataError, match="has no results: run scripts/reproduce first"):
+        problems.drawable(Results(tmp_path))
+    write_swing(tmp_path, without=tuple(set(CASES) - {"1a", "1b"}))
+    document = report_module.build(Results(tmp_path))
+    assert [chapter.title for chapter in document.chapters] == ["Swing"]
+    assert "Left out, for want of results: Simple pendulum (figure1" in document.lead
+    names = [spec.name for spec in problems.drawable(Results(tmp_path))]
+    assert names == ["swing_figure3", "swing_figure4", "swing_figure6"]
+    page, text = report_module.html(document), report_module.plain(document)
+    assert "○" in text and 'class="NOT_YET"' in page
+
+
+def test_an_early_end_is_told(tmp_path: Path) -> None:
+    only = tuple(set(CASES) - {"1b"})
+    write_swing(tmp_path, without=only, run_1b=wider("1b", t_end=0.65, status="max-steps"))
+    warning = "In case 1b these runs did not reach the end: present (max-steps)."
+    assert warning in swing_chapter.warnings(Results(tmp_path))
+
+
+def test_a_history_that_is_written_anew_is_read_anew(tmp_path: Path) -> None:
+    write_swing(tmp_path, without=tuple(set(CASES) - {"1b"}))
+    first = Results(tmp_path).case("1b").run("present")
+    assert Results(tmp_path).case("1b").run("present") is first
+    write_swing(tmp_path, without=tuple(set(CASES) - {"1b"}), run_1b=wider("1b", t_end=0.3))
+    assert isinstance(first, Run) and Results(tmp_path).case("1b").run("present").steps == 300
+
+
+def test_every_made_up_case_is_one_the_report_reads() -> None:
+    assert set(swing_chapter.CASES) == set(CASES)
