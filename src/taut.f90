@@ -31,6 +31,7 @@ module taut
    use taut_constrained_projection, only: projector_t, consistent_start, start_report_t
    use taut_constrained_formulation, only: constrained_ode_t, sample_t
    use taut_constrained_projectors, only: projectors
+   use taut_constrained_ritz, only: new_ritz, ritz_t
    use taut_constrained_simulate, only: simulate
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
    use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
@@ -39,6 +40,7 @@ module taut
    private
    public :: wp, error_t, raise, version
    public :: mechanical_system_t, state_t, quantity_t, block_diagonal_t
+   public :: new_ritz, ritz_t
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t
    public :: observer_t, trajectory_t, events_t, event_record_t, sample_t, constrained_ode_t
    public :: consistent_start, start_report_t, verify, finding_t, projectors
