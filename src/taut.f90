@@ -25,10 +25,12 @@ module taut
                               status_output_failed, status_not_started
    use taut_ode_event, only: events_t, event_record_t
    use taut_ode_observer, only: observer_t, trajectory_t
-   use taut_ode_integrate, only: integration_options_t, integration_result_t, integrator_t
+   use taut_ode_integrate, only: integrator_t
+   use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
    use taut_constrained_method, only: method_t, method_names
-   use taut_constrained_projection, only: projector_t, consistent_start, start_report_t
+   use taut_constrained_projection, only: projector_t
+   use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_formulation, only: constrained_ode_t, sample_t
    use taut_constrained_projectors, only: projectors
    use taut_constrained_ritz, only: new_ritz, ritz_t

@@ -13,7 +13,7 @@ module test_beam
    use taut_model_beam_section, only: beam_section_t, corrected_stiffness, new_section, rectangular_section
    use taut_model_dead_load, only: dead_load_t
    use taut_model_nodes, only: nodal_system_t
-   use taut_ode_integrate, only: integration_options_t, integration_result_t
+   use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_status, only: status_reached_end
    use taut_rotation, only: cross, quaternion_normalized, quaternion_of_vector, quaternion_product, rotate, rotate_back
    use testing, only: check, check_below, check_close, new_test, no_error, test_t

@@ -5,7 +5,8 @@ module test_ode
    use taut_error, only: error_t, raise
    use taut_ode_dormand_prince, only: dense_coefficients, dense_value, error_estimate, node, stage_state, stages
    use taut_ode_event, only: events_t
-   use taut_ode_integrate, only: integration_options_t, integration_result_t, integrator_t
+   use taut_ode_integrate, only: integrator_t
+   use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_observer, only: observer_t, trajectory_t
    use taut_ode_status, only: status_event, status_not_finite, status_output_failed, status_reached_end, &
                               status_rhs_failed, status_step_too_small, status_too_many_steps

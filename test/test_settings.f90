@@ -10,7 +10,7 @@ module test_settings
    use taut_constrained_method, only: method_t
    use taut_constrained_system, only: state_t
    use taut_model_pendulum, only: pendulum_t
-   use taut_ode_integrate, only: integration_options_t
+   use taut_ode_options, only: integration_options_t
    implicit none (type, external)
    private
    public :: collect_settings

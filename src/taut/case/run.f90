@@ -10,10 +10,10 @@ module taut_case_run
    use taut_case_settings, only: settings_t, method_entry_t
    use taut_constrained_formulation, only: constrained_ode_t
    use taut_constrained_model_events, only: model_events_t
-   use taut_constrained_projection, only: consistent_start, start_report_t
+   use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_simulate, only: simulate
    use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
-   use taut_ode_integrate, only: integration_result_t
+   use taut_ode_options, only: integration_result_t
    use taut_ode_status, only: status_event, status_name, status_output_failed, status_reached_end
    implicit none (type, external)
    private

@@ -1,8 +1,8 @@
-!> Projection of positions and velocities on the constraints, and the consistent start.
+!> Projection of positions and velocities on the constraints.
 module taut_constrained_projection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise, to_text
+   use taut_error, only: to_text
    use taut_constrained_method, only: method_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
@@ -10,7 +10,7 @@ module taut_constrained_projection
    use taut_ode_system, only: rhs_ok, rhs_retry, rhs_no_projection
    implicit none (type, external)
    private
-   public :: projector_t, start_report_t, consistent_start, relative_violation, solver_code
+   public :: projector_t, relative_violation, solver_code
 
    !> Why a projection failed.
    integer, parameter :: no_reason = 0, not_converged = 1, inconsistent = 2, not_finite = 3, weight_not_positive = 4
@@ -52,24 +52,6 @@ module taut_constrained_projection
       procedure :: filter_velocity
       procedure :: explain
    end type projector_t
-
-   !> What the consistent start did.
-   type :: start_report_t
-      !> Largest change of a coordinate, in its unit.
-      real(wp) :: moved_x = 0.0_wp
-      !> Largest change of a velocity, in its unit.
-      real(wp) :: moved_v = 0.0_wp
-      !> Violation of positions and velocities as given, largest entries.
-      real(wp) :: phi_given = 0.0_wp, phidot_given = 0.0_wp
-      !> Violation of positions that is left, largest entry: not round-off only if inconsistent constraints are accepted.
-      real(wp) :: phi_left = 0.0_wp
-      !> Iterations of Eq. (17).
-      integer :: iterations = 0
-      !> Rank of A.
-      integer :: rank = 0
-      !> Degrees of freedom: velocities less the rank.
-      integer :: freedoms = 0
-   end type start_report_t
 
 contains
 
@@ -433,79 +415,5 @@ contains
          text = ''
       end select
    end subroutine explain
-
-   !> Brings an initial state to the constraints: x by Eq. (17), v by Eq. (11a); where they are not enforced it stays.
-   subroutine consistent_start(model, method, at, report, error)
-      !> The system.
-      class(mechanical_system_t), intent(in) :: model
-      !> Weight, tolerances, solver.
-      type(method_t), intent(in) :: method
-      !> Initial state; x and v are replaced.
-      type(state_t), intent(inout) :: at
-      !> How far it was moved.
-      type(start_report_t), intent(out) :: report
-      !> Sizes that do not fit, or a state that no projection mends.
-      type(error_t), allocatable, intent(inout) :: error
-      type(projector_t) :: projector
-      type(method_t) :: patient
-      real(wp), allocatable :: x(:), v(:)
-      character(:), allocatable :: why
-      integer :: i, info
-      character(*), parameter :: here = 'initial state'
-
-      call model%check_sizes(error)
-      call method%check(error)
-      if (allocated(error)) return
-      if (.not. allocated(at%w)) allocate (at%w(0))
-      if (.not. (allocated(at%x) .and. allocated(at%v))) then
-         call raise(error, here, 'coordinates or velocities are not set', 'set both')
-         return
-      end if
-      if (size(at%x) /= model%n_x .or. size(at%v) /= model%n .or. size(at%w) /= model%n_w) then
-         call raise(error, here, 'it has '//to_text(size(at%x))//' coordinates, '//to_text(size(at%v))//' velocities and '// &
-                    to_text(size(at%w))//' other states for '//to_text(model%n_x)//', '//to_text(model%n)//' and '// &
-                    to_text(model%n_w), 'give as many as the system has')
-         return
-      end if
-      do i = 1, model%n_x
-         if (.not. ieee_is_finite(at%x(i))) call raise(error, here, 'coordinate '//to_text(i)//' is not a number', 'set it')
-      end do
-      do i = 1, model%n
-         if (.not. ieee_is_finite(at%v(i))) call raise(error, here, 'velocity '//to_text(i)//' is not a number', 'set it')
-      end do
-      if (.not. (all(ieee_is_finite(at%w)) .and. ieee_is_finite(at%t))) &
-         call raise(error, here, 'the time or another state is not a number', 'set it')
-      if (allocated(error)) return
-      report%freedoms = model%n
-      if (method%name == 'unconstrained') return
-      allocate (x, source=at%x)
-      allocate (v, source=at%v)
-      ! Far from the constraints the iteration may need more patience than inside a step.
-      patient = method
-      patient%max_iterations = max(100, method%max_iterations)
-      call projector%init(model, patient)
-      call projector%position(model, at, info)
-      report%phi_given = projector%phi_raw
-      report%phi_left = projector%residual
-      report%iterations = projector%iterations
-      if (info == rhs_ok) call projector%linearize(model, at, info, 0.0_wp)
-      if (info /= rhs_ok) then
-         call projector%explain(why)
-         call raise(error, here, why, 'start closer to the constraints, or correct them')
-         return
-      end if
-      report%rank = projector%onto%rank
-      report%freedoms = model%n - report%rank
-      call projector%velocity(model, at)
-      report%phidot_given = projector%phidot_raw
-      call projector%velocity_violation(model, at)
-      if (projector%phidot_raw > 1.0e-8_wp*max(1.0_wp, report%phidot_given) .and. .not. method%accept_inconsistent) then
-         call raise(error, here, 'the velocity constraints are inconsistent: a violation of '//to_text(projector%phidot_raw)// &
-                    ' is left', 'correct the constraints or their rates')
-         return
-      end if
-      report%moved_x = maxval(abs(at%x - x))
-      report%moved_v = maxval(abs(at%v - v))
-   end subroutine consistent_start
 
 end module taut_constrained_projection

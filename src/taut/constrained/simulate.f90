@@ -4,10 +4,11 @@ module taut_constrained_simulate
    use taut_error, only: error_t
    use taut_constrained_formulation, only: constrained_ode_t
    use taut_constrained_method, only: method_t
-   use taut_constrained_projection, only: consistent_start, start_report_t
+   use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_ode_event, only: events_t
-   use taut_ode_integrate, only: integration_options_t, integration_result_t, integrator_t
+   use taut_ode_integrate, only: integrator_t
+   use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_observer, only: observer_t
    use taut_ode_status, only: status_not_started
    implicit none (type, external)

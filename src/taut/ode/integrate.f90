@@ -4,8 +4,9 @@ module taut_ode_integrate
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_ode_dormand_prince, only: stages, node, stage_state, error_estimate, dense_coefficients, dense_value
-   use taut_ode_event, only: events_t, event_record_t, crosses
+   use taut_ode_event, only: crosses, event_record_t, events_t
    use taut_ode_observer, only: observer_t
+   use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_status, only: status_reached_end, status_event, status_step_too_small, status_too_many_steps, &
                               status_not_finite, status_rhs_failed, status_projection_failed, status_output_failed, &
                               status_not_started
@@ -13,52 +14,7 @@ module taut_ode_integrate
    use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry, rhs_failed, rhs_no_projection
    implicit none (type, external)
    private
-   public :: integration_options_t, integration_result_t, integrator_t
-
-   !> How to integrate; every entry has a default.
-   type :: integration_options_t
-      !> Relative tolerance.
-      real(wp) :: rtol = 1.0e-6_wp
-      !> Absolute tolerance, in the unit of each component.
-      real(wp) :: atol = 1.0e-9_wp
-      !> Absolute tolerances of single components: (n); takes the place of `atol` where allocated.
-      real(wp), allocatable :: atol_of(:)
-      !> First step [s]; 0 for an automatic one.
-      real(wp) :: first_step = 0.0_wp
-      !> Largest step [s]; the last one before an end or a breakpoint may be longer by 1 %.
-      real(wp) :: max_step = huge(1.0_wp)
-      !> Smallest step [s]; ten units of round-off of the time if that is more.
-      real(wp) :: min_step = 0.0_wp
-      !> Largest number of steps, rejected ones included.
-      integer :: max_steps = 100000000
-      !> Step-size controller: `standard`, `fixed` (steps of `first_step`) or `odepkg-2009`.
-      character(len=16) :: step_control = 'standard'
-      !> Error norm of the standard controller: `rms` or `max`.
-      character(len=8) :: norm = 'rms'
-      !> Time between output points [s]; 0 for every step.
-      real(wp) :: output_dt = 0.0_wp
-      !> A step whose projection moves the state by more than this, in units of the tolerance, is rejected (standard
-      !! controller only).
-      real(wp) :: projection_limit = 100.0_wp
-   end type integration_options_t
-
-   !> How it went.
-   type :: integration_result_t
-      !> One of the `status_` constants.
-      integer :: status = status_not_started
-      !> Time reached [s].
-      real(wp) :: t = 0.0_wp
-      !> Accepted steps.
-      integer :: steps = 0
-      !> Rejected tries.
-      integer :: rejected = 0
-      !> Evaluations of the right-hand side, rejected tries and the automatic first step included, output excluded.
-      integer :: rhs_evaluations = 0
-      !> Events met, in order of time.
-      type(event_record_t), allocatable :: events(:)
-      !> Why it ended before its time, in words.
-      type(error_t), allocatable :: error
-   end type integration_result_t
+   public :: integrator_t
 
    !> The state of an integration and its workspace; nothing is allocated inside a step.
    type :: integrator_t
@@ -89,34 +45,11 @@ contains
       type(integration_options_t), intent(in) :: options
       !> An option that is not valid.
       type(error_t), allocatable, intent(inout) :: error
-      character(*), parameter :: here = 'integration options'
 
       self%options = options
       call self%control%init(n, trim(options%step_control), trim(options%norm), options%rtol, options%atol, &
                              options%atol_of, error)
-      if (.not. options%max_step > 0.0_wp) &
-         call raise(error, here, 'max_step = '//to_text(options%max_step)//' is not positive', 'give a time in seconds')
-      if (.not. options%min_step >= 0.0_wp) &
-         call raise(error, here, 'min_step = '//to_text(options%min_step)//' is negative', 'give a time in seconds, or 0')
-      if (.not. options%first_step >= 0.0_wp) &
-         call raise(error, here, 'first_step = '//to_text(options%first_step)//' is negative', &
-                    'give a time in seconds, or 0 for an automatic one')
-      if (self%control%fixed .and. .not. options%first_step > 0.0_wp) &
-         call raise(error, here, 'step_control = "fixed" without a step', 'set first_step to its length in seconds')
-      if (options%max_steps < 1) &
-         call raise(error, here, 'max_steps = '//to_text(options%max_steps)//' is not positive', 'give a number of steps')
-      if (.not. options%output_dt >= 0.0_wp) &
-         call raise(error, here, 'output_dt = '//to_text(options%output_dt)//' is negative', &
-                    'give a time in seconds, or 0 for every step')
-      if (options%min_step > options%max_step) &
-         call raise(error, here, 'min_step is larger than max_step', 'exchange them')
-      if (options%first_step > 0.0_wp .and. options%first_step < options%min_step) &
-         call raise(error, here, 'first_step is smaller than min_step', 'give a longer one, or 0 for an automatic one')
-      if (self%control%fixed .and. options%first_step > options%max_step) &
-         call raise(error, here, 'step_control = "fixed" with first_step longer than max_step', 'leave max_step out')
-      if (.not. options%projection_limit > 0.0_wp) &
-         call raise(error, here, 'projection_limit = '//to_text(options%projection_limit)//' is not positive', &
-                    'give a number of tolerances such as 100')
+      call options%check(error)
       self%n = n
       if (allocated(self%y)) deallocate (self%y, self%y_new, self%y_work, self%error, self%k, self%dense)
       allocate (self%y(n), self%y_new(n), self%y_work(n), self%error(n), self%k(n, stages), self%dense(n, 5), source=0.0_wp)

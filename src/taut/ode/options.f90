@@ -1,0 +1,93 @@
+!> What an integration is asked for and what it answers.
+module taut_ode_options
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_ode_event, only: event_record_t
+   use taut_ode_status, only: status_not_started
+   implicit none (type, external)
+   private
+   public :: integration_options_t, integration_result_t
+
+   !> How to integrate; every entry has a default.
+   type :: integration_options_t
+      !> Relative tolerance.
+      real(wp) :: rtol = 1.0e-6_wp
+      !> Absolute tolerance, in the unit of each component.
+      real(wp) :: atol = 1.0e-9_wp
+      !> Absolute tolerances of single components: (n); takes the place of `atol` where allocated.
+      real(wp), allocatable :: atol_of(:)
+      !> First step [s]; 0 for an automatic one.
+      real(wp) :: first_step = 0.0_wp
+      !> Largest step [s]; the last one before an end or a breakpoint may be longer by 1 %.
+      real(wp) :: max_step = huge(1.0_wp)
+      !> Smallest step [s]; ten units of round-off of the time if that is more.
+      real(wp) :: min_step = 0.0_wp
+      !> Largest number of steps, rejected ones included.
+      integer :: max_steps = 100000000
+      !> Step-size controller: `standard`, `fixed` (steps of `first_step`) or `odepkg-2009`.
+      character(len=16) :: step_control = 'standard'
+      !> Error norm of the standard controller: `rms` or `max`.
+      character(len=8) :: norm = 'rms'
+      !> Time between output points [s]; 0 for every step.
+      real(wp) :: output_dt = 0.0_wp
+      !> A step whose projection moves the state by more than this, in units of the tolerance, is rejected (standard
+      !! controller only).
+      real(wp) :: projection_limit = 100.0_wp
+   contains
+      procedure :: check
+   end type integration_options_t
+
+   !> How it went.
+   type :: integration_result_t
+      !> One of the `status_` constants.
+      integer :: status = status_not_started
+      !> Time reached [s].
+      real(wp) :: t = 0.0_wp
+      !> Accepted steps.
+      integer :: steps = 0
+      !> Rejected tries.
+      integer :: rejected = 0
+      !> Evaluations of the right-hand side, rejected tries and the automatic first step included, output excluded.
+      integer :: rhs_evaluations = 0
+      !> Events met, in order of time.
+      type(event_record_t), allocatable :: events(:)
+      !> Why it ended before its time, in words.
+      type(error_t), allocatable :: error
+   end type integration_result_t
+
+contains
+
+   !> Whether the steps and the output make sense; tolerances and names are the step control's matter.
+   subroutine check(self, error)
+      !> The options.
+      class(integration_options_t), intent(in) :: self
+      !> What does not.
+      type(error_t), allocatable, intent(inout) :: error
+      character(*), parameter :: here = 'integration options'
+
+      if (.not. self%max_step > 0.0_wp) &
+         call raise(error, here, 'max_step = '//to_text(self%max_step)//' is not positive', 'give a time in seconds')
+      if (.not. self%min_step >= 0.0_wp) &
+         call raise(error, here, 'min_step = '//to_text(self%min_step)//' is negative', 'give a time in seconds, or 0')
+      if (.not. self%first_step >= 0.0_wp) &
+         call raise(error, here, 'first_step = '//to_text(self%first_step)//' is negative', &
+                    'give a time in seconds, or 0 for an automatic one')
+      if (self%step_control == 'fixed' .and. .not. self%first_step > 0.0_wp) &
+         call raise(error, here, 'step_control = "fixed" without a step', 'set first_step to its length in seconds')
+      if (self%max_steps < 1) &
+         call raise(error, here, 'max_steps = '//to_text(self%max_steps)//' is not positive', 'give a number of steps')
+      if (.not. self%output_dt >= 0.0_wp) &
+         call raise(error, here, 'output_dt = '//to_text(self%output_dt)//' is negative', &
+                    'give a time in seconds, or 0 for every step')
+      if (self%min_step > self%max_step) &
+         call raise(error, here, 'min_step is larger than max_step', 'exchange them')
+      if (self%first_step > 0.0_wp .and. self%first_step < self%min_step) &
+         call raise(error, here, 'first_step is smaller than min_step', 'give a longer one, or 0 for an automatic one')
+      if (self%step_control == 'fixed' .and. self%first_step > self%max_step) &
+         call raise(error, here, 'step_control = "fixed" with first_step longer than max_step', 'leave max_step out')
+      if (.not. self%projection_limit > 0.0_wp) &
+         call raise(error, here, 'projection_limit = '//to_text(self%projection_limit)//' is not positive', &
+                    'give a number of tolerances such as 100')
+   end subroutine check
+
+end module taut_ode_options
