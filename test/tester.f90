@@ -9,6 +9,7 @@ program tester
    use test_helicopter, only: collect_helicopter
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
+   use test_ode_edges, only: collect_ode_edges
    use test_projectors, only: collect_projectors
    use test_settings, only: collect_settings
    use test_modal_body, only: collect_modal_body
@@ -31,6 +32,7 @@ program tester
    call run_suite('weighted projection', collect_weighted_projection(), trim(only), outcome)
    call run_suite('projectors', collect_projectors(), trim(only), outcome)
    call run_suite('ode', collect_ode(), trim(only), outcome)
+   call run_suite('ode edges', collect_ode_edges(), trim(only), outcome)
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
    call run_suite('helicopter', collect_helicopter(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
