@@ -106,7 +106,8 @@ def test_arrows_point_down(path: Path) -> None:
     module = name_of(path)
     room = room_of(module)
     if module == "taut":
-        assert not [name for name in used(path) if room_of(name) in {"model", "case"}]
+        # The front door shows the models too, so that an installed taut has them; files and printing stay behind it.
+        assert not [name for name in used(path) if room_of(name) == "case"]
         return
     allowed = ROOMS[room] | {room} if room else set()
     for name in used(path) - GROUND:

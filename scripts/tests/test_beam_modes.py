@@ -93,3 +93,20 @@ def test_case_file_is_refused(run: Run, tmp_path: Path, case: tuple[str, ...]) -
         assert part in lines[0]
     assert "; " in lines[0], "there is no remedy"
     assert not (tmp_path / "out").exists()
+
+
+def test_a_stiffness_matrix_of_ones_own(run: Run, tmp_path: Path) -> None:
+    # The rectangle's own stiffness: E A, G A_s twice, G J, E I twice.
+    young, shear = 73e9, 73e9 / 2.6
+    thickness, width = 1e-3, 5e-3
+    area = thickness * width
+    shear_area = 5 / 6 * shear * area
+    bending = (young * thickness * width**3 / 12, young * width * thickness**3 / 12)
+    diagonal = [young * area, shear_area, shear_area, 0.04, *bending]
+    entries = "".join(f"stiffness({i}, {i}) = {value}\n" for i, value in enumerate(diagonal, start=1))
+    (tmp_path / "own.nml").write_text(f"&beam\n{entries}/\n", encoding="utf-8")
+    done = run("own.nml", "--out", "out")
+    assert done.returncode == 0, done.stderr
+    modes = rows(tmp_path / "out/own/frequencies.csv")
+    assert abs(float(modes[0]["frequency"]) / 0.4431 - 1) < 1e-3
+    assert abs(float(modes[1]["frequency"]) / 18.174 - 1) < 1e-3

@@ -1,6 +1,7 @@
 !> Case files and results of the eigenanalysis of a straight beam.
 module taut_case_beam_modes
    use, intrinsic :: iso_fortran_env, only: output_unit
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_case_csv, only: csv_t, number_text
@@ -110,8 +111,12 @@ contains
                        'give an even number')
          if (.not. allocated(error)) &
             call rectangular_section(section, young, poisson, density, thickness, width, error)
-         if (.not. allocated(error) .and. any(abs(stiffness) > 0.0_wp)) &
-            call new_section(section, stiffness, section%mass, section%inertia, error)
+         if (.not. allocated(error) .and. .not. all(ieee_is_finite(stiffness))) &
+            call raise(error, here, 'an entry of stiffness is not a number', 'give N, N m and N m^2')
+         if (allocated(error)) return
+         ! In parentheses: the section is rebuilt, and its old mass and inertia with it.
+         if (any(abs(stiffness) > 0.0_wp)) &
+            call new_section(section, stiffness, (section%mass), (section%inertia), error)
          if (allocated(error)) return
          call straight_nodes([0.0_wp, 0.0_wp, 0.0_wp], [length, 0.0_wp, 0.0_wp], elements, [0.0_wp, 1.0_wp, 0.0_wp], &
                              positions, orientations)

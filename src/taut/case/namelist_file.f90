@@ -339,7 +339,7 @@ contains
             reason = ''
             if (index(message, 'Cannot match') == 0) reason = ' ('//trim(message)//')'
             call raise(error, place(self, item%line, group%name), item%name//' = '//value//' cannot be read'// &
-                       reason, 'give one value of the right type (text in quotation marks, numbers without)')
+                       reason, 'give values of the right type, and not too many (text in quotation marks, numbers without)')
          end if
       end associate
    end subroutine complain

@@ -15,7 +15,7 @@ module taut_case_swing
 
    !> A model of the swing as a case file has it.
    type :: choice_t
-      character(len=8) :: model = 'beam'
+      character(len=32) :: model = 'beam'
       integer :: modes(most_modes) = 0
       type(swing_data_t) :: data
    end type choice_t
@@ -62,6 +62,10 @@ contains
 
       select case (choice%model)
       case ('beam')
+         if (any(choice%modes /= 0)) then
+            call raise(error, 'swing', 'modes are named for model = "beam"', 'leave them out, or use model = "modal"')
+            return
+         end if
          allocate (beam)
          call new_swing_beam(beam, choice%data, error)
          if (allocated(error)) return
@@ -69,7 +73,7 @@ contains
          call move_alloc(beam, model)
       case ('modal')
          allocate (modal)
-         call new_swing_modal(modal, choice%data, pack(choice%modes, choice%modes /= 0), error)
+         call new_swing_modal(modal, choice%data, choice%modes(:findloc(choice%modes /= 0, .true., 1, back=.true.)), error)
          if (allocated(error)) return
          allocate (start%x(modal%n_x), start%v(modal%n), start%w(0), source=0.0_wp)
          start%x(4) = 1.0_wp

@@ -54,6 +54,9 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(*), parameter :: here = 'Ritz shapes'
       type(pseudo_inverse_t) :: gram
+      type(state_t) :: at
+      real(wp) :: a(full%c, full%n)
+      real(wp), allocatable :: reduced(:, :)
       integer :: info
 
       call full%check_sizes(error)
@@ -77,6 +80,18 @@ contains
       allocate (self%x_0, source=x_0)
       call self%define(n=size(shapes, 2), c=full%c, nonholonomic=full%c - full%n_phi, n_w=full%n_w, &
                        constant_mass=full%constant_mass)
+      if (full%c == 0) return
+      at%x = x_0
+      allocate (at%v(full%n), at%w(full%n_w), source=0.0_wp)
+      call full%jacobian(at, a)
+      reduced = matmul(a, shapes)
+      call gram%init(full%c)
+      call gram%compute(matmul(reduced, transpose(reduced)), info)
+      ! Shapes along the constraints, such as modes of the constrained system, leave them nothing to work with: their
+      ! multipliers, and the stiffness that these give, would be lost.
+      if (gram%rank == 0) &
+         call raise(error, here, 'they do not move any constraint: the constraints would be lost', &
+                    'use shapes of the system without its constraints')
    end subroutine new_ritz
 
    !> The state of the full system.

@@ -43,6 +43,8 @@ module taut_model_modal_body
       real(wp), allocatable :: rotation(:, :, :)
       !> Modal stiffness X^T K X: (modes, modes).
       real(wp), allocatable :: stiffness(:, :)
+      !> Time constant of damping proportional to it [s].
+      real(wp) :: damping = 0.0_wp
       !> Links to the ground.
       type(modal_link_t), allocatable :: links(:)
       !> Forces and moments on nodes.
@@ -313,7 +315,7 @@ contains
       value(1:3) = matmul(r, value(1:3))
       do j = 1, self%modes
          do k = 1, self%modes
-            value(6 + k) = value(6 + k) - self%stiffness(k, j)*at%x(7 + j)
+            value(6 + k) = value(6 + k) - self%stiffness(k, j)*(at%x(7 + j) + self%damping*at%v(6 + j))
          end do
       end do
 

@@ -1,7 +1,8 @@
 !> Rigid bodies in space (Sect. 3.4.1), free or on spherical joints.
 !!
-!! A body has the coordinates {position of its reference point (3), unit quaternion (4)} and the velocities {velocity of the
-!! reference point in global axes, angular velocity in BODY axes}. With R from body to global axes its block of Eq. (22) is
+!! A body has the coordinates {position of its reference point (3), unit quaternion, its scalar part first (4)} and the
+!! velocities {velocity of the reference point in global axes, angular velocity in BODY axes}; the multipliers of a joint are
+!! in global axes. With R from body to global axes its block of Eq. (22) is
 !!
 !!     M_i = [ m I      -R s x ]
 !!           [ s x R^T   J     ]
@@ -80,6 +81,14 @@ contains
       do i = 1, size(bodies)
          if (.not. bodies(i)%m > 0.0_wp) &
             call raise(error, here, 'the mass of body '//to_text(i)//' is not positive', 'give a mass in kg')
+         if (.not. all(abs(bodies(i)%j - transpose(bodies(i)%j)) <= 1.0e-9_wp*maxval(abs(bodies(i)%j)))) then
+            call raise(error, here, 'the inertia J of body '//to_text(i)//' is not symmetric, or not a number', &
+                       'give a symmetric matrix in kg m^2')
+         else if (.not. allocated(error)) then
+            if (.not. has_inertia(bodies(i))) &
+               call raise(error, here, 'the inertia of body '//to_text(i)//' is not positive definite', &
+                          'give J about the reference point, not about the center of mass, if s is not zero')
+         end if
       end do
       do i = 1, size(joints)
          if (joints(i)%body < 1 .or. joints(i)%body > size(bodies) .or. joints(i)%other < 0 .or. &
@@ -94,6 +103,27 @@ contains
       call self%define(n=6*size(bodies), c=3*size(joints), n_x=7*size(bodies), mass_blocks=[(6, i=1, size(bodies))], &
                        constant_mass=all([(all(abs(bodies(i)%s) <= 0.0_wp), i=1, size(bodies))]))
    end subroutine new_rigid_bodies
+
+   !> Whether the block of Eq. (22) is positive definite.
+   function has_inertia(body) result(answer)
+      type(rigid_body_t), intent(in) :: body
+      logical :: answer
+      type(block_diagonal_t) :: m
+      real(wp) :: block(6, 6)
+      integer :: info, k
+
+      call m%init([6])
+      block = 0.0_wp
+      do k = 1, 3
+         block(k, k) = body%m
+         block(4:6, k) = cross(body%s, [(merge(1.0_wp, 0.0_wp, info == k), info=1, 3)])
+      end do
+      block(1:3, 4:6) = transpose(block(4:6, 1:3))
+      block(4:6, 4:6) = body%j
+      call m%set_dense(block)
+      call m%factorize(info)
+      answer = info == 0
+   end function has_inertia
 
    !> M, block by block, Eq. (22).
    subroutine mass(self, at, m)

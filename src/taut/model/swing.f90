@@ -63,6 +63,8 @@ module taut_model_swing
    end type swing_modal_t
 
    character(*), parameter :: here = 'swing'
+   !> Matrices are dense: more elements than this take minutes.
+   integer, parameter :: most_elements = 400
 
 contains
 
@@ -117,11 +119,13 @@ contains
       at = beam%reference_state()
       call eigenmodes(beam, at, found, error, options)
       if (allocated(error)) return
-      if (size(modes) < 1 .or. any(modes < 1) .or. any(modes > size(found%frequency))) then
-         call raise(error, here, 'modes are asked for that do not exist', &
-                    'name modes from 1 to '//to_text(size(found%frequency)))
-         return
-      end if
+      if (size(modes) < 1) call raise(error, here, 'no modes are named', 'give modes, such as 1, 2, 3')
+      do i = 1, size(modes)
+         if (modes(i) < 1 .or. modes(i) > size(found%frequency)) &
+            call raise(error, here, 'modes: there is no mode '//to_text(modes(i)), &
+                       'name modes from 1 to '//to_text(size(found%frequency)))
+      end do
+      if (allocated(error)) return
       do i = 2, size(modes)
          if (any(modes(:i - 1) == modes(i))) &
             call raise(error, here, 'mode '//to_text(modes(i))//' is named twice', 'name each once')
@@ -151,6 +155,8 @@ contains
       call load%set(self%marker(3), data%force, [0.0_wp, 0.0_wp, 0.0_wp], error, data%times, [0.0_wp, 1.0_wp, 0.0_wp])
       self%loads = [load]
       self%gravity = data%gravity
+      ! A beam whose internal forces are stiffness (strain + tau strain rate) has modes damped in the same proportion.
+      self%damping = data%damping
       self%n_outputs = 15
       self%n_events = 2
    end subroutine new_swing_modal
@@ -166,6 +172,10 @@ contains
       if (data%elements < 4 .or. modulo(data%elements, 4) /= 0) &
          call raise(error, here, 'elements = '//to_text(data%elements)//' is not a multiple of four', &
                     'give 4, 8, 12, ...: the markers B and D are at the quarter points')
+      if (data%elements > most_elements) &
+         call raise(error, here, 'elements = '//to_text(data%elements)//' is too many', 'give '//to_text(most_elements)//' or less')
+      if (.not. all(abs(data%gravity) <= huge(1.0_wp))) &
+         call raise(error, here, 'gravity is not a number', 'give m/s^2')
       if (.not. (data%length > 0.0_wp .and. data%length <= huge(1.0_wp))) &
          call raise(error, here, 'length = '//to_text(data%length)//' is not positive', 'give the length of the beam in m')
       if (.not. data%mid_mass >= 0.0_wp) &
