@@ -106,7 +106,7 @@ def test_arrows_point_down(path: Path) -> None:
     module = name_of(path)
     room = room_of(module)
     if module == "taut":
-        # The front door shows the models too, so that an installed taut has them; files and printing stay behind it.
+        # The front door shows the models too, so that an installed taut has them; files stay behind it.
         assert not [name for name in used(path) if room_of(name) == "case"]
         return
     allowed = ROOMS[room] | {room} if room else set()
