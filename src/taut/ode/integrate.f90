@@ -557,7 +557,8 @@ contains
          result%status = status_step_too_small
          call raise(result%error, 'integration', 'a step of '//to_text(abs(h))//' s would be needed at t = '// &
                     to_text(t)//' s, below the smallest one', &
-                    'loosen the tolerances, or look for a jump in the forces (a breakpoint)')
+                    'loosen the tolerances, or look for a jump in the forces (a breakpoint) '// &
+                    'or constraints that cannot be met any more')
       else
          call fail(ode, info, t, result)
       end if
