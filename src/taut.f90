@@ -14,6 +14,7 @@
 !! 1e-12. Options: `method_t`, `integration_options_t`; output: `trajectory_t` or an observer of one's own; `verify`
 !! checks a system's derivatives.
 module taut
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
    use taut_version, only: version
@@ -22,7 +23,8 @@ module taut
    use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry, rhs_failed, rhs_no_projection
    use taut_ode_status, only: status_name, status_reached_end, status_event, status_step_too_small, &
                               status_too_many_steps, status_not_finite, status_rhs_failed, status_projection_failed, &
-                              status_output_failed, status_not_started
+                              status_output_failed, status_not_started, status_interrupted
+   use taut_ode_pause, only: pause_t
    use taut_ode_event, only: events_t, event_record_t
    use taut_ode_observer, only: observer_t, trajectory_t
    use taut_ode_integrate, only: integrator_t
@@ -34,7 +36,7 @@ module taut
    use taut_constrained_formulation, only: constrained_ode_t, sample_t
    use taut_constrained_projectors, only: projectors
    use taut_constrained_ritz, only: new_ritz, ritz_t
-   use taut_constrained_simulate, only: simulate
+   use taut_constrained_simulate, only: simulate, simulation_t
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
    use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
    use taut_constrained_verify, only: verify, finding_t
@@ -49,6 +51,7 @@ module taut
    public :: wp, error_t, raise, version
    public :: mechanical_system_t, state_t, quantity_t, block_diagonal_t
    public :: new_ritz, ritz_t
+   public :: simulation_t, archive_t, pause_t
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t
    public :: observer_t, trajectory_t, events_t, event_record_t, sample_t, constrained_ode_t
    public :: consistent_start, start_report_t, verify, finding_t, projectors
@@ -56,5 +59,6 @@ module taut
    public :: ode_system_t, integrator_t, projector_t, pseudo_inverse_t, path_name
    public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection
    public :: status_name, status_reached_end, status_event, status_step_too_small, status_too_many_steps, &
-             status_not_finite, status_rhs_failed, status_projection_failed, status_output_failed, status_not_started
+             status_not_finite, status_rhs_failed, status_projection_failed, status_output_failed, status_not_started, &
+             status_interrupted
 end module taut

@@ -13,6 +13,7 @@ program tester
    use test_projectors, only: collect_projectors
    use test_settings, only: collect_settings
    use test_modal_body, only: collect_modal_body
+   use test_restart, only: collect_restart
    use test_ritz, only: collect_ritz
    use test_rigid_bodies, only: collect_rigid_bodies
    use test_swing, only: collect_swing
@@ -38,6 +39,7 @@ program tester
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('modal body', collect_modal_body(), trim(only), outcome)
+   call run_suite('restart', collect_restart(), trim(only), outcome)
    call run_suite('ritz', collect_ritz(), trim(only), outcome)
    call run_suite('rigid bodies', collect_rigid_bodies(), trim(only), outcome)
    call run_suite('swing', collect_swing(), trim(only), outcome)

@@ -3,6 +3,7 @@
 !! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
 !! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
 module taut_constrained_formulation
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
    use taut_constrained_method, only: method_t
@@ -68,6 +69,7 @@ module taut_constrained_formulation
       procedure :: breakpoints
       procedure :: failure
       procedure :: sample
+      procedure :: store
    end type constrained_ode_t
 
 contains
@@ -600,5 +602,18 @@ contains
          value = max(value, abs(values(i)))
       end do
    end function largest
+
+   !> Passes through an archive what is remembered from one step to the next; everything else follows from t and y.
+   subroutine store(self, archive)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call archive%item('phi before projection', self%phi_raw)
+      call archive%item('phidot before projection', self%phidot_raw)
+      call archive%item('mu before projection', self%mu_raw)
+      call archive%item('projection iterations', self%projector%iterations)
+   end subroutine store
 
 end module taut_constrained_formulation

@@ -1,5 +1,6 @@
 !> From a system and its initial state to its motion, in one call.
 module taut_constrained_simulate
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_constrained_formulation, only: constrained_ode_t
@@ -10,14 +11,120 @@ module taut_constrained_simulate
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_observer, only: observer_t
+   use taut_ode_pause, only: pause_t
    use taut_ode_status, only: status_not_started
    implicit none (type, external)
    private
-   public :: simulate
+   public :: simulate, simulation_t
+
+   !> A simulation that can pause, be stored and continue: `init`, `run`, and after a pause `resume`.
+   !!
+   !! One that was stored continues, in another program if need be, with `init` of the same arguments, `store` from the
+   !! archive, and `resume`.
+   type :: simulation_t
+      !> The formulation, for its counters and `sample`.
+      type(constrained_ode_t) :: ode
+      !> How it went so far.
+      type(integration_result_t) :: result
+      !> State at the time reached, its time included.
+      type(state_t) :: at
+      type(integrator_t), private :: integrator
+      real(wp), allocatable, private :: y(:)
+   contains
+      procedure :: init
+      procedure :: run
+      procedure :: resume
+      procedure :: store
+   end type simulation_t
 
 contains
 
+   !> Sets a system, a method and options together.
+   subroutine init(self, model, error, method, options)
+      !> The simulation.
+      class(simulation_t), intent(out) :: self
+      !> The system; copied.
+      class(mechanical_system_t), intent(in) :: model
+      !> Sizes or options that are not valid.
+      type(error_t), allocatable, intent(inout) :: error
+      !> The method; default: `present`.
+      type(method_t), intent(in), optional :: method
+      !> Tolerances and steps.
+      type(integration_options_t), intent(in), optional :: options
+      type(method_t) :: chosen
+      type(integration_options_t) :: settings
+
+      if (present(method)) chosen = method
+      if (present(options)) settings = options
+      call self%ode%init(model, chosen, error)
+      if (allocated(error)) return
+      call self%integrator%init(self%ode%size(), settings, error)
+      if (allocated(error)) return
+      allocate (self%y(self%ode%size()), source=0.0_wp)
+      allocate (self%at%x(model%n_x), self%at%v(model%n), self%at%w(model%n_w), source=0.0_wp)
+   end subroutine init
+
    !> Brings the initial state to the constraints and integrates.
+   subroutine run(self, at, t_end, error, observer, events, start, pause)
+      !> The simulation, initialized.
+      class(simulation_t), intent(inout) :: self
+      !> Initial state, its time included.
+      type(state_t), intent(in) :: at
+      !> End [s]; may lie before the start.
+      real(wp), intent(in) :: t_end
+      !> What is not valid: an end that is no number, or an initial state that no projection mends.
+      type(error_t), allocatable, intent(inout) :: error
+      !> Sees the output points.
+      class(observer_t), intent(inout), optional :: observer
+      !> Sign changes to look for.
+      class(events_t), intent(inout), optional :: events
+      !> How far the initial state was moved.
+      type(start_report_t), intent(out), optional :: start
+      !> Asked before every step whether to pause.
+      class(pause_t), intent(inout), optional :: pause
+      type(start_report_t) :: report
+
+      self%at = at
+      call consistent_start(self%ode%model, self%ode%method, self%at, report, error)
+      if (present(start)) start = report
+      if (allocated(error)) return
+      call self%ode%pack(self%at, self%y)
+      call self%integrator%run(self%ode, self%at%t, self%y, t_end, self%result, observer, events, pause)
+      if (self%result%status == status_not_started .and. allocated(self%result%error)) then
+         call move_alloc(self%result%error, error)
+         return
+      end if
+      call self%ode%unpack(self%at%t, self%y, self%at)
+   end subroutine run
+
+   !> Continues after a pause, or after `store` has restored one.
+   subroutine resume(self, observer, events, pause)
+      !> The simulation.
+      class(simulation_t), intent(inout) :: self
+      !> Sees the output points.
+      class(observer_t), intent(inout), optional :: observer
+      !> Sign changes to look for.
+      class(events_t), intent(inout), optional :: events
+      !> Asked before every step whether to pause.
+      class(pause_t), intent(inout), optional :: pause
+
+      call self%integrator%resume(self%ode, self%at%t, self%y, self%result, observer, events, pause)
+      call self%ode%unpack(self%at%t, self%y, self%at)
+   end subroutine resume
+
+   !> Passes a simulation that pauses through an archive.
+   subroutine store(self, archive)
+      !> The simulation; initialized with the same arguments if it is restored.
+      class(simulation_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call self%ode%store(archive)
+      call self%result%store(archive)
+      call self%integrator%store(archive)
+   end subroutine store
+
+   !> Brings the initial state to the constraints and integrates, in one call.
    !!
    !! An integration that ends early is no error here: see `result%status` and `result%error`; everything up to then
    !! has been seen by the observer.
@@ -43,34 +150,16 @@ contains
       !> How far the initial state was moved.
       type(start_report_t), intent(out), optional :: start
       !> The formulation, for its counters.
-      type(constrained_ode_t), intent(out), optional, target :: ode
-      type(constrained_ode_t), target :: own_ode
-      type(constrained_ode_t), pointer :: used
-      type(method_t) :: chosen
-      type(integration_options_t) :: settings
-      type(integrator_t) :: integrator
-      type(start_report_t) :: report
-      real(wp), allocatable :: y(:)
+      type(constrained_ode_t), intent(out), optional :: ode
+      type(simulation_t) :: simulation
 
-      if (present(method)) chosen = method
-      if (present(options)) settings = options
-      used => own_ode
-      if (present(ode)) used => ode
-      call used%init(model, chosen, error)
+      call simulation%init(model, error, method, options)
       if (allocated(error)) return
-      call integrator%init(used%size(), settings, error)
+      call simulation%run(at, t_end, error, observer, events, start)
+      at = simulation%at
+      if (present(ode)) ode = simulation%ode
       if (allocated(error)) return
-      call consistent_start(model, chosen, at, report, error)
-      if (present(start)) start = report
-      if (allocated(error)) return
-      allocate (y(used%size()))
-      call used%pack(at, y)
-      call integrator%run(used, at%t, y, t_end, result, observer, events)
-      if (result%status == status_not_started .and. allocated(result%error)) then
-         call move_alloc(result%error, error)
-         return
-      end if
-      call used%unpack(at%t, y, at)
+      result = simulation%result
    end subroutine simulate
 
 end module taut_constrained_simulate

@@ -1,6 +1,7 @@
 !> What an integration is asked for and what it answers.
 module taut_ode_options
    use taut_kinds, only: wp
+   use taut_archive, only: archive_t
    use taut_error, only: error_t, raise, to_text
    use taut_ode_event, only: event_record_t
    use taut_ode_status, only: status_not_started
@@ -53,6 +54,8 @@ module taut_ode_options
       type(event_record_t), allocatable :: events(:)
       !> Why it ended before its time, in words.
       type(error_t), allocatable :: error
+   contains
+      procedure :: store
    end type integration_result_t
 
 contains
@@ -89,5 +92,33 @@ contains
          call raise(error, here, 'projection_limit = '//to_text(self%projection_limit)//' is not positive', &
                     'give a number of tolerances such as 100')
    end subroutine check
+
+   !> Passes the counts and the events so far through an archive.
+   subroutine store(self, archive)
+      !> The result of an integration that is interrupted.
+      class(integration_result_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+      integer :: count, i
+
+      call archive%item('status', self%status)
+      call archive%item('time reached', self%t)
+      call archive%item('steps', self%steps)
+      call archive%item('rejected', self%rejected)
+      call archive%item('rhs evaluations', self%rhs_evaluations)
+      count = 0
+      if (allocated(self%events)) count = size(self%events)
+      call archive%item('events', count)
+      if (allocated(archive%error)) return
+      if (archive%reading) then
+         if (allocated(self%events)) deallocate (self%events)
+         allocate (self%events(count))
+      end if
+      do i = 1, count
+         call archive%item('event', self%events(i)%index)
+         call archive%item('event time', self%events(i)%t)
+         call archive%list('event state', self%events(i)%y)
+      end do
+   end subroutine store
 
 end module taut_ode_options

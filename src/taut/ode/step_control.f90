@@ -1,6 +1,7 @@
 !> Error norms and step-size controllers.
 module taut_ode_step_control
    use taut_kinds, only: wp
+   use taut_archive, only: archive_t
    use taut_error, only: error_t, raise, to_text
    use taut_ode_dormand_prince, only: order
    implicit none (type, external)
@@ -31,6 +32,7 @@ module taut_ode_step_control
       procedure :: norm
       procedure :: decide
       procedure :: reduce
+      procedure :: store
    end type step_control_t
 
 contains
@@ -184,5 +186,16 @@ contains
       self%last_rejected = .true.
       h = 0.25_wp*h
    end subroutine reduce
+
+   !> Passes the controller's memory through an archive; what `init` was given is not part of it.
+   subroutine store(self, archive)
+      !> The controller.
+      class(step_control_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call archive%item('previous error', self%previous_error)
+      call archive%item('last rejected', self%last_rejected)
+   end subroutine store
 
 end module taut_ode_step_control

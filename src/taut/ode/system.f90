@@ -1,5 +1,6 @@
 !> Systems of ordinary differential equations y' = f(t, y), and nothing about where they come from.
 module taut_ode_system
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
    implicit none (type, external)
    private
@@ -23,6 +24,7 @@ module taut_ode_system
       procedure :: filter_error => filter_nothing
       procedure :: breakpoints => no_breakpoints
       procedure :: failure => no_failure
+      procedure :: store => nothing_to_store
    end type ode_system_t
 
    abstract interface
@@ -101,5 +103,16 @@ contains
       associate (unused_system => self)
       end associate
    end subroutine no_failure
+
+   !> Passes through an archive what the system remembers from one step to the next. The default remembers nothing.
+   subroutine nothing_to_store(self, archive)
+      !> The system.
+      class(ode_system_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      associate (unused_system => self, unused_archive => archive)
+      end associate
+   end subroutine nothing_to_store
 
 end module taut_ode_system
