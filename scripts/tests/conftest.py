@@ -1,6 +1,7 @@
 import os
+import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -15,14 +16,25 @@ def root() -> Path:
     return ROOT
 
 
-@pytest.fixture(scope="session")
-def pendulum() -> Path:
-    # The release build is the one that users run. fpm itself tells where it puts it, for a build folder may
-    # hold programs made with several sets of flags.
-    command = ["fpm", "run", "pendulum", "--profile", "release", "--runner", "echo"]
+def built(app: str) -> Path:
+    """Returns the release build of an app, the one that users run.
+
+    fpm itself tells where it puts it, for a build folder may hold programs made with several sets of flags.
+    """
+    command = ["fpm", "run", app, "--profile", "release", "--runner", "echo"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return ROOT / done.stdout.strip().splitlines()[-1].strip()
+
+
+@pytest.fixture(scope="session")
+def pendulum() -> Path:
+    return built("pendulum")
+
+
+@pytest.fixture(scope="session")
+def swing() -> Path:
+    return built("swing")
 
 
 @pytest.fixture(scope="session")
@@ -48,3 +60,17 @@ def run(pendulum: Path, environment: dict[str, str], tmp_path: Path) -> Run:
         )
 
     return run_in_folder
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    folder = tmp_path / "out"
+    folder.mkdir()
+    mount = shutil.which("mount")
+    if os.geteuid() != 0 or mount is None:
+        pytest.skip("only root can mount a small disk")
+    command = [mount, "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(folder)]
+    if subprocess.run(command, capture_output=True, check=False).returncode != 0:
+        pytest.skip("a small disk cannot be mounted here")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)

@@ -15,16 +15,8 @@ MARKERS = [marker + axis for marker in "ABCDE" for axis in "xyz"]
 
 
 @pytest.fixture(scope="module")
-def program() -> Path:
-    command = ["fpm", "run", "swing", "--profile", "release", "--runner", "echo"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return ROOT / done.stdout.strip().splitlines()[-1].strip()
-
-
-@pytest.fixture(scope="module")
 def results(
-    program: Path, environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory
+    swing: Path, environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[str], NDArray[np.void]]:
     folder = tmp_path_factory.mktemp("swing")
 
@@ -32,7 +24,7 @@ def results(
         out = folder / case
         if not out.exists():
             done = subprocess.run(
-                [program, ROOT / f"cases/swing/{case}.nml", "--quiet", "--out", folder],
+                [swing, ROOT / f"cases/swing/{case}.nml", "--quiet", "--out", folder],
                 env=environment,
                 capture_output=True,
                 text=True,
@@ -118,11 +110,11 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input(program: Path, environment: dict[str, str], tmp_path: Path, name: str) -> None:
+def test_bad_input(swing: Path, environment: dict[str, str], tmp_path: Path, name: str) -> None:
     text, said = BAD[name]
     (tmp_path / "bad.nml").write_text(text + "\n", encoding="utf-8")
     done = subprocess.run(
-        [program, "bad.nml"], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        [swing, "bad.nml"], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
     )
     lines = done.stderr.strip().splitlines()
     assert done.returncode == 1

@@ -1,16 +1,21 @@
 !> What the apps have in common: case files in, CSV files out.
 module taut_case_application
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-   use taut_error, only: error_t
-   use taut_version, only: version
-   use taut_case_command_line, only: command_line_t, read_command_line, usage
+   use taut_archive, only: archive_t
+   use taut_error, only: error_t, raise
+   use taut_case_checkpoint, only: program_text, read_checkpoint, store_origin
+   use taut_case_command_line, only: command_line_t, path_t, read_command_line, usage
    use taut_case_namelist_file, only: check_names, namelist_file_t
-   use taut_case_run, only: check_start, run_case
+   use taut_case_posix, only: catch_signals
+   use taut_case_run, only: check_start, run_case, run_options_t
    use taut_case_settings, only: settings_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    implicit none (type, external)
    private
    public :: run_application
+
+   !> Exit code of a run that a signal interrupted: 'try again later', as in BSD's sysexits.h.
+   integer, parameter :: code_interrupted = 75
 
    !> A case, read and checked.
    type :: job_t
@@ -49,13 +54,16 @@ contains
       character(*), intent(in) :: purpose
       !> Makes a system of a case file.
       procedure(case_reader) :: read_case
-      !> Exit code: 0 if all went well, 2 for a wrong command line, 1 for everything else.
+      !> Exit code: 0 if all went well, 2 for a wrong command line, 75 after a signal, 1 for everything else.
       integer, intent(out) :: code
       type(command_line_t) :: line
       type(namelist_file_t), allocatable :: files(:)
       type(job_t), allocatable :: jobs(:)
       type(error_t), allocatable :: error
-      logical :: all_ended
+      type(archive_t) :: checkpoint
+      type(run_options_t) :: options
+      character(:), allocatable :: case_text
+      logical :: all_ended, interrupted
       integer :: i
 
       code = 2
@@ -63,11 +71,15 @@ contains
       if (failed()) return
       code = 0
       if (line%help) write (output_unit, '(a)') usage(app, default_case, purpose)
-      if (line%version) write (output_unit, '(2a)') 'taut ', version
+      if (line%version) write (output_unit, '(a)') program_text()
       if (line%help .or. line%version) return
 
       ! Everything is read and checked before anything is written.
       code = 1
+      if (allocated(line%restart)) then
+         call read_origin(app, line, checkpoint, case_text, error)
+         if (failed()) return
+      end if
       allocate (files(size(line%cases)), jobs(size(line%cases)))
       do i = 1, size(jobs)
          associate (job => jobs(i))
@@ -79,12 +91,23 @@ contains
       end do
       call check_names(files, error)
       if (failed()) return
+      if (allocated(line%restart)) then
+         call check_restart(line, files(1), case_text, error)
+         if (failed()) return
+      end if
+      call catch_signals()
       all_ended = .true.
       do i = 1, size(jobs)
+         options = run_options_t(app, line%out//'/'//files(i)%name, line%quiet, line%checkpoint)
+         if (allocated(line%restart)) options%folder = folder_of(line%restart)
          associate (job => jobs(i))
-            call run_case(files(i), job%model, job%start, job%settings, line%out, line%quiet, all_ended, error)
+            call run_case(files(i), job%model, job%start, job%settings, options, checkpoint, all_ended, interrupted, error)
          end associate
          if (failed()) return
+         if (interrupted) then
+            code = code_interrupted
+            return
+         end if
       end do
       if (all_ended) code = 0
 
@@ -97,5 +120,53 @@ contains
       end function failed
 
    end subroutine run_application
+
+   !> Reads a checkpoint as far as the case it belongs to.
+   subroutine read_origin(app, line, checkpoint, case_text, error)
+      character(*), intent(in) :: app
+      type(command_line_t), intent(inout) :: line
+      type(archive_t), intent(inout) :: checkpoint
+      character(:), allocatable, intent(out) :: case_text
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: case_path
+
+      call read_checkpoint(line%restart, checkpoint, error)
+      if (allocated(error)) return
+      call store_origin(checkpoint, line%restart, app, case_path, case_text, error)
+      if (allocated(error)) return
+      if (allocated(checkpoint%error)) then
+         call move_alloc(checkpoint%error, error)
+         return
+      end if
+      if (size(line%cases) == 0) line%cases = [path_t(case_path)]
+   end subroutine read_origin
+
+   !> Whether a checkpoint belongs to a case, and its folder is the one asked for.
+   subroutine check_restart(line, file, case_text, error)
+      type(command_line_t), intent(in) :: line
+      type(namelist_file_t), intent(in) :: file
+      character(*), intent(in) :: case_text
+      type(error_t), allocatable, intent(inout) :: error
+
+      if (file%content /= case_text .or. len(file%content) /= len(case_text)) then
+         call raise(error, line%restart, 'the checkpoint belongs to another case, or '//file%path//' was changed since', &
+                    'restart with the case as it was, or run it anew')
+      else if (line%out_given .and. line%out//'/'//file%name /= folder_of(line%restart)) then
+         call raise(error, line%restart, 'the checkpoint is not in the folder '//line%out//'/'//file%name, &
+                    'leave --out out: the results go where the checkpoint is, beside their unfinished files')
+      end if
+   end subroutine check_restart
+
+   !> The folder of a file.
+   function folder_of(path) result(folder)
+      character(*), intent(in) :: path
+      character(:), allocatable :: folder
+      integer :: last
+
+      last = index(path, '/', back=.true.)
+      folder = '.'
+      if (last == 1) folder = '/'
+      if (last > 1) folder = path(:last - 1)
+   end function folder_of
 
 end module taut_case_application

@@ -1,6 +1,7 @@
 !> The command line that all apps share.
 module taut_case_command_line
    use taut_error, only: error_t, raise
+   use taut_kinds, only: wp
    implicit none (type, external)
    private
    public :: command_line_t, read_command_line, usage
@@ -13,6 +14,12 @@ module taut_case_command_line
       type(path_t), allocatable :: cases(:)
       !> Folder for the results.
       character(:), allocatable :: out
+      !> Checkpoint to continue from; not allocated if there is none.
+      character(:), allocatable :: restart
+      !> Time between checkpoints [s]; 0 for none.
+      real(wp) :: checkpoint = 0.0_wp
+      !> Whether the folder was given.
+      logical :: out_given = .false.
       !> Whether nothing is printed but errors.
       logical :: quiet = .false.
       !> Whether help or the version is wanted instead.
@@ -37,8 +44,8 @@ contains
       type(command_line_t), intent(out) :: line
       !> An argument that is not known.
       type(error_t), allocatable, intent(inout) :: error
-      character(:), allocatable :: argument
-      integer :: i, j
+      character(:), allocatable :: argument, value
+      integer :: i, j, status
 
       line%app = app
       line%out = 'results'
@@ -55,18 +62,22 @@ contains
          case ('--version')
             line%version = .true.
          case ('--out')
-            i = i + 1
-            if (i > command_argument_count()) then
-               call raise(error, 'command line', '--out has no folder', 'write --out DIR')
+            call value_of('a folder', 'DIR', value)
+            if (allocated(error)) return
+            line%out = value
+            line%out_given = .true.
+         case ('--restart')
+            call value_of('a checkpoint', 'FILE', value)
+            if (allocated(error)) return
+            line%restart = value
+         case ('--checkpoint')
+            call value_of('a time', 'SECONDS', value)
+            if (allocated(error)) return
+            read (value, *, iostat=status) line%checkpoint
+            if (status /= 0 .or. .not. (line%checkpoint > 0.0_wp .and. line%checkpoint < 1.0e9_wp)) then
+               call raise(error, 'command line', '--checkpoint '//value//' is no time', 'write --checkpoint 600 for ten minutes')
                return
             end if
-            line%out = get(i)
-            if (index(line%out, '-') == 1) then
-               call raise(error, 'command line', '--out has no folder but the option '//line%out, &
-                          'write --out DIR (./'//line%out//' if that is its name)')
-               return
-            end if
-            if (len(line%out) == 0) call raise(error, 'command line', '--out has an empty folder', 'write --out DIR')
          case ('')
             call raise(error, 'command line', 'there is an empty argument', 'give the paths of case files')
          case default
@@ -80,7 +91,37 @@ contains
             line%cases = [line%cases, path_t(argument)]
          end select
       end do
-      if (size(line%cases) == 0) line%cases = [path_t(default_case)]
+      if (allocated(line%restart)) then
+         if (size(line%cases) > 1) &
+            call raise(error, 'command line', '--restart continues one case, and there are several', &
+                       'give that case alone, or none')
+      else if (size(line%cases) == 0) then
+         line%cases = [path_t(default_case)]
+      end if
+
+   contains
+
+      !> The argument after an option.
+      subroutine value_of(what, name, value)
+         character(*), intent(in) :: what, name
+         character(:), allocatable, intent(out) :: value
+
+         value = ''
+         i = i + 1
+         if (i > command_argument_count()) then
+            call raise(error, 'command line', argument//' has no '//what(index(what, ' ') + 1:), 'write '//argument//' '//name)
+            return
+         end if
+         value = get(i)
+         if (index(value, '-') == 1) then
+            call raise(error, 'command line', argument//' has no '//what(index(what, ' ') + 1:)//' but the option '//value, &
+                       'write '//argument//' '//name//' (./'//value//' if that is its name)')
+         else if (len(value) == 0) then
+            call raise(error, 'command line', argument//' has an empty '//what(index(what, ' ') + 1:), &
+                       'write '//argument//' '//name)
+         end if
+      end subroutine value_of
+
    end subroutine read_command_line
 
    !> The text of `--help`.
@@ -93,20 +134,24 @@ contains
       character(:), allocatable :: text
       character, parameter :: nl = new_line('a')
 
-      text = 'usage: '//app//' [CASE.nml ...] [--out DIR] [--quiet] [--help] [--version]'//nl//nl// &
-             about//nl//nl// &
-             '  CASE.nml   case files; default: '//default_case//nl// &
-             '  --out DIR  folder for the results; default: results'//nl// &
-             '  --quiet    print nothing but errors'//nl// &
-             '  --help     print this'//nl// &
-             '  --version  print the version'//nl//nl
+      text = 'usage: '//app//' [CASE.nml ...] [--out DIR] [--checkpoint SECONDS] [--restart FILE]'//nl// &
+             repeat(' ', 8 + len(app))//'[--quiet] [--help] [--version]'//nl//nl//about//nl//nl// &
+             '  CASE.nml              case files; default: '//default_case//nl// &
+             '  --out DIR             folder for the results; default: results'//nl// &
+             '  --checkpoint SECONDS  write DIR/<case>/checkpoint.taut so often (wall time)'//nl// &
+             '  --restart FILE        continue from such a checkpoint, bit for bit, in the folder that it is in'//nl// &
+             '  --quiet               print nothing but errors'//nl// &
+             '  --help                print this'//nl// &
+             '  --version             print the version, the compiler and its options'//nl//nl
       if (present(ending)) then
          text = text//ending
          return
       end if
       text = text//'For each method of a case: DIR/<case>/<method>.csv; for the case: DIR/<case>/summary.csv, and'//nl// &
              'DIR/<case>/model.csv if the system has data to tell.'//nl// &
-             'Exit code: 0 if every integration reached its end or a terminal event, 1 otherwise, 2 for a bad command line.'
+             'SIGINT (Ctrl-C), SIGTERM and SIGUSR1 write a checkpoint and end the run.'//nl// &
+             'Exit code: 0 if every integration reached its end or a terminal event, 75 if a signal interrupted it,'//nl// &
+             '1 otherwise, 2 for a bad command line.'
    end function usage
 
    !> One argument.

@@ -1,7 +1,10 @@
 !> CSV files that appear under their name only when they are complete.
 module taut_case_csv
+   use, intrinsic :: iso_fortran_env, only: int64
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
+   use taut_case_checksum, only: checksum_of_file
    use taut_case_posix, only: move_file, output_file_t, process_id, remove_file
    implicit none (type, external)
    private
@@ -11,14 +14,20 @@ module taut_case_csv
    type :: csv_t
       !> Final path.
       character(:), allocatable :: path
+      !> Whether a checkpoint refers to the unfinished file, so that a failure leaves it in its place.
+      logical :: in_checkpoint = .false.
       character(:), allocatable, private :: temporary
       type(output_file_t), private :: file
       logical, private :: is_open = .false.
+      !> What is known to have arrived: number of bytes, and their checksum.
+      integer(int64), private :: synced = 0, checksum = 0
    contains
       procedure :: create
       procedure :: put
       procedure :: finish
       procedure :: discard
+      procedure :: keep
+      procedure :: store
    end type csv_t
 
 contains
@@ -32,9 +41,18 @@ contains
       !> A folder that cannot be written.
       type(error_t), allocatable, intent(inout) :: error
 
+      integer :: i
+
       self%path = path
-      self%temporary = path//'.'//to_text(process_id())//'.part'
-      call self%file%open(self%temporary, self%is_open)
+      self%in_checkpoint = .false.
+      self%synced = 0
+      self%checksum = 0
+      ! A process that was killed may have left a file, and its number may be ours now.
+      do i = 1, 1000
+         self%temporary = path//'.'//to_text(process_id())//'-'//to_text(i)//'.part'
+         call self%file%open(self%temporary, self%is_open)
+         if (self%is_open) exit
+      end do
       if (.not. self%is_open) &
          call raise(error, path, 'the file cannot be written', 'choose a folder that can be written with --out')
    end subroutine create
@@ -76,7 +94,7 @@ contains
                  'see whether something else has this name, or choose another folder with --out')
    end subroutine finish
 
-   !> Removes what was written so far.
+   !> Removes what was written so far, unless a checkpoint needs it.
    subroutine discard(self)
       !> The file.
       class(csv_t), intent(inout) :: self
@@ -84,9 +102,70 @@ contains
 
       if (.not. self%is_open) return
       call self%file%close(ignored)
-      call remove_file(self%temporary)
+      if (.not. self%in_checkpoint) call remove_file(self%temporary)
       self%is_open = .false.
    end subroutine discard
+
+   !> Closes the file and leaves what was written so far under its temporary name, for a later `store`.
+   subroutine keep(self)
+      !> The file.
+      class(csv_t), intent(inout) :: self
+      logical :: ignored
+
+      if (.not. self%is_open) return
+      call self%file%close(ignored)
+      self%is_open = .false.
+   end subroutine keep
+
+   !> Passes a file that is being written through an archive: its length so far and a checksum. Restored, it is the file
+   !! that was left under its temporary name, cut to that length.
+   subroutine store(self, archive, folder, error)
+      !> The file: open if it is stored, not open if it is restored.
+      class(csv_t), intent(inout) :: self
+      !> The folder it is in.
+      character(*), intent(in) :: folder
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+      !> What was written does not arrive, or is not there any more.
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: name, temporary_name
+      integer(int64) :: checksum, length
+      logical :: done
+
+      if (.not. archive%reading) then
+         call self%file%sync(done)
+         length = self%file%position()
+         if (done) call checksum_of_file(self%temporary, self%synced, length, self%checksum, done)
+         if (.not. done) then
+            call broken(self, error)
+            return
+         end if
+         self%synced = length
+      end if
+      if (.not. archive%reading) then
+         name = self%path(index(self%path, '/', back=.true.) + 1:)
+         temporary_name = self%temporary(index(self%temporary, '/', back=.true.) + 1:)
+      end if
+      call archive%list('file', name)
+      call archive%list('unfinished file', temporary_name)
+      call archive%item('bytes', self%synced)
+      call archive%item('checksum', self%checksum)
+      if (.not. archive%reading .or. allocated(archive%error)) return
+      self%path = folder//'/'//name
+      self%temporary = folder//'/'//temporary_name
+      checksum = 0
+      call checksum_of_file(self%temporary, 0_int64, self%synced, checksum, done)
+      if (.not. done .or. checksum /= self%checksum) then
+         call raise(error, self%temporary, 'the unfinished file is not what the checkpoint says', &
+                    'restart from a checkpoint whose files were left in place, or run the case anew')
+         return
+      end if
+      call self%file%reopen(self%temporary, self%synced, self%is_open)
+      self%in_checkpoint = self%is_open
+      if (.not. self%is_open) &
+         call raise(error, self%temporary, 'the unfinished file cannot be written, or another process writes it', &
+                    'see whether the run still goes on')
+   end subroutine store
 
    !> A failed output.
    subroutine broken(self, error)
@@ -94,8 +173,13 @@ contains
       type(error_t), allocatable, intent(inout) :: error
 
       call self%discard()
-      call remove_file(self%temporary)
-      call raise(error, self%path, 'the file cannot be completed', 'make room on the disk and run again')
+      if (self%in_checkpoint) then
+         call raise(error, self%path, 'the file cannot be completed', &
+                    'make room on the disk and continue from the last checkpoint with --restart')
+      else
+         call remove_file(self%temporary)
+         call raise(error, self%path, 'the file cannot be completed', 'make room on the disk and run again')
+      end if
    end subroutine broken
 
    !> A number in full precision.

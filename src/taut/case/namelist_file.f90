@@ -39,6 +39,8 @@ module taut_case_namelist_file
       character(:), allocatable :: path
       !> Name of the case: the file's name without folder and ending.
       character(:), allocatable :: name
+      !> The file as it is.
+      character(:), allocatable :: content
       !> Groups in order.
       type(group_t), allocatable :: groups(:)
    contains
@@ -70,7 +72,7 @@ contains
       if (last < first) last = len(path)
       self%name = path(first:last)
       allocate (self%groups(0))
-      call read_text(path, text, line, error)
+      call read_text(path, text, self%content, line, error)
       if (allocated(error)) return
 
       i = 1
@@ -107,9 +109,9 @@ contains
    end subroutine load
 
    !> The whole file in one text, comments blanked, line ends as blanks; and the line of each character.
-   subroutine read_text(path, text, line, error)
+   subroutine read_text(path, text, content, line, error)
       character(*), intent(in) :: path
-      character(:), allocatable, intent(out) :: text
+      character(:), allocatable, intent(out) :: text, content
       integer, allocatable, intent(out) :: line(:)
       type(error_t), allocatable, intent(inout) :: error
       character(len=200) :: message
@@ -136,6 +138,7 @@ contains
          call raise(error, path, 'the case file cannot be read: '//trim(message), 'give a text file, not a folder')
          return
       end if
+      content = text
       allocate (line(len(text)))
       number = 1
       quote = ' '

@@ -1,5 +1,6 @@
 !> The observer that writes a method's CSV file and gathers its row of the summary.
 module taut_case_recorder
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_case_csv, only: csv_t, number_text
@@ -32,7 +33,9 @@ module taut_case_recorder
       integer, private :: used = 0
    contains
       procedure :: create
+      procedure :: prepare
       procedure :: observe
+      procedure :: store
    end type recorder_t
 
 contains
@@ -52,8 +55,7 @@ contains
       character(:), allocatable :: header
       integer :: i
 
-      self%t_start = t_start
-      self%t_end = t_end
+      call self%prepare(model, t_start, t_end)
       header = 't,h'
       do i = 1, model%n_x
          header = header//','//model%x_name(i)
@@ -69,10 +71,44 @@ contains
       do i = 1, model%n_outputs
          header = header//','//model%output_name(i)
       end do
-      allocate (character(len=25*(9 + model%n_x + model%n + model%n_w + 2*model%c + model%n_outputs)) :: self%line)
       call self%csv%create(path, error)
       if (.not. allocated(error)) call self%csv%put(header, error)
    end subroutine create
+
+   !> Gets ready without a file, for `store` to restore one.
+   subroutine prepare(self, model, t_start, t_end)
+      !> The recorder.
+      class(recorder_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Start and end, for the progress line [s].
+      real(wp), intent(in) :: t_start, t_end
+
+      self%t_start = t_start
+      self%t_end = t_end
+      allocate (character(len=25*(9 + model%n_x + model%n + model%n_w + 2*model%c + model%n_outputs)) :: self%line)
+   end subroutine prepare
+
+   !> Passes what was gathered so far, and the file, through an archive.
+   subroutine store(self, archive, folder, error)
+      !> The recorder: at work, or prepared.
+      class(recorder_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+      !> The folder of the file.
+      character(*), intent(in) :: folder
+      !> The file does not arrive on the disk, or is not there any more.
+      type(error_t), allocatable, intent(inout) :: error
+
+      call archive%item('largest phi', self%max_phi)
+      call archive%item('largest phidot', self%max_phidot)
+      call archive%item('largest phiddot', self%max_phiddot)
+      call archive%item('energy drift', self%energy_drift)
+      call archive%item('first energy', self%first_energy)
+      call archive%item('smallest rank', self%min_rank)
+      call archive%item('points', self%points)
+      call self%csv%store(archive, folder, error)
+   end subroutine store
 
    !> Column names: one without a number if there is only one.
    pure function numbered(name, count) result(text)

@@ -1,27 +1,55 @@
-!> Runs the methods of a case side by side and writes its files.
+!> Runs the methods of a case one after the other and writes its files.
 module taut_case_run
    use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
-   use taut_error, only: error_t, to_text
+   use taut_error, only: error_t, raise, to_text
+   use taut_case_checkpoint, only: checkpoint_file, store_origin, watch_t, write_checkpoint
    use taut_case_csv, only: csv_t, number_text
    use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_posix, only: make_folder
+   use taut_case_posix, only: caught_signal, make_folder, remove_file
    use taut_case_recorder, only: recorder_t
    use taut_case_settings, only: settings_t, method_entry_t
-   use taut_constrained_formulation, only: constrained_ode_t
    use taut_constrained_model_events, only: model_events_t
    use taut_constrained_start, only: consistent_start, start_report_t
-   use taut_constrained_simulate, only: simulate
+   use taut_constrained_simulate, only: simulation_t
    use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
-   use taut_ode_options, only: integration_result_t
-   use taut_ode_status, only: status_event, status_name, status_output_failed, status_reached_end
+   use taut_ode_status, only: status_event, status_interrupted, status_name, status_output_failed, status_reached_end
    implicit none (type, external)
    private
-   public :: run_case, check_start
+   public :: run_case, run_options_t, check_start
 
    character(*), parameter :: summary_header = &
       'case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,max_phi,max_phidot,max_phiddot,'// &
       'energy_drift,min_rank,wall_seconds'
+   character, parameter :: line_end = new_line('a')
+
+   !> Where and how to run a case.
+   type :: run_options_t
+      !> Name of the app.
+      character(:), allocatable :: app
+      !> Folder of the case's results.
+      character(:), allocatable :: folder
+      !> Whether nothing is printed but errors.
+      logical :: quiet = .false.
+      !> Wall time between checkpoints [s]; 0 for none but those that signals ask for.
+      real(wp) :: checkpoint = 0.0_wp
+   end type run_options_t
+
+   !> How far a case is; checkpoints hold it.
+   type :: progress_of_case_t
+      !> The method at work.
+      integer :: method = 1
+      !> Lines of the summary and of the table of events so far, each with its line end.
+      character(:), allocatable :: rows, events
+      !> Wall time of the method at work before this process [s].
+      real(wp) :: seconds = 0.0_wp
+      !> Whether the head of the table on the screen was written.
+      logical :: listed = .false.
+   contains
+      procedure :: store
+      procedure :: list
+   end type progress_of_case_t
 
 contains
 
@@ -52,10 +80,39 @@ contains
       end do
    end subroutine check_start
 
-   !> Runs all methods of a case: `out/<case>/<method>.csv`, `out/<case>/summary.csv`, and `out/<case>/model.csv` if the
-   !! system has quantities to tell.
-   subroutine run_case(file, model, start, settings, out, quiet, all_ended, error)
-      !> The case file, for its name.
+   !> Passes it through an archive.
+   subroutine store(self, archive)
+      !> How far a case is.
+      class(progress_of_case_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call archive%item('method', self%method)
+      call archive%list('finished rows', self%rows)
+      call archive%list('events of finished methods', self%events)
+      call archive%item('wall seconds', self%seconds)
+   end subroutine store
+
+   !> Writes a line of the table on the screen.
+   subroutine list(self, case_name, line)
+      !> How far a case is.
+      class(progress_of_case_t), intent(inout) :: self
+      !> Name of the case, for the head of the table.
+      character(*), intent(in) :: case_name
+      !> The line.
+      character(*), intent(in) :: line
+
+      if (.not. self%listed) &
+         write (output_unit, '(a, t28, a)') case_name, 'status              steps  rejected   max phi   max phidot  '// &
+         'energy drift [J]  seconds'
+      self%listed = .true.
+      write (output_unit, '(2x, a)') trim(line)
+   end subroutine list
+
+   !> Runs all methods of a case: `<method>.csv`, `summary.csv`, `events.csv` if the system has events, and `model.csv` if it
+   !! has quantities to tell, in the folder of the case.
+   subroutine run_case(file, model, start, settings, options, checkpoint, all_ended, interrupted, error)
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
       !> The system.
       class(mechanical_system_t), intent(in) :: model
@@ -63,40 +120,46 @@ contains
       type(state_t), intent(in) :: start
       !> Tolerances and methods.
       type(settings_t), intent(in) :: settings
-      !> Folder for the results.
-      character(*), intent(in) :: out
-      !> Whether nothing is printed but errors.
-      logical, intent(in) :: quiet
+      !> Where and how to run.
+      type(run_options_t), intent(in) :: options
+      !> A checkpoint whose origin was read, to continue from; one that is not being read is only room for new ones.
+      type(archive_t), intent(inout) :: checkpoint
       !> Whether every integration reached its end or a terminal event; left alone if so.
       logical, intent(inout) :: all_ended
-      !> A file that cannot be written.
+      !> Whether a signal interrupted the case; its checkpoint is written.
+      logical, intent(out) :: interrupted
+      !> A file that cannot be written, or a checkpoint that does not fit.
       type(error_t), allocatable, intent(inout) :: error
-      type(csv_t) :: events, summary
-      character(:), allocatable :: folder, row
-      integer :: i
+      type(progress_of_case_t) :: progress
+      character(:), allocatable :: row, events
+      integer :: i, first
 
-      folder = out//'/'//file%name
-      call make_folder(folder)
-      call write_quantities(folder//'/model.csv', model%quantities(), error)
+      interrupted = .false.
+      call make_folder(options%folder)
+      if (.not. checkpoint%reading) call write_quantities(options%folder//'/model.csv', model%quantities(), error)
       if (allocated(error)) return
-      call summary%create(folder//'/summary.csv', error)
-      if (.not. allocated(error)) call summary%put(summary_header, error)
-      if (model%n_events > 0) then
-         if (.not. allocated(error)) call events%create(folder//'/events.csv', error)
-         if (.not. allocated(error)) call events%put('method,event,t', error)
-      end if
-      if (.not. quiet .and. .not. allocated(error)) &
-         write (output_unit, '(a, t28, a)') file%name, 'status              steps  rejected   max phi   max phidot  '// &
-         'energy drift [J]  seconds'
-      do i = 1, size(settings%methods)
-         if (allocated(error)) exit
-         call run_method(file%name, model, start, settings, settings%methods(i), folder, quiet, all_ended, events, row, error)
-         if (.not. allocated(error)) call summary%put(row, error)
+      progress%rows = ''
+      progress%events = ''
+      if (checkpoint%reading) call progress%store(checkpoint)
+      row = ''
+      events = ''
+      first = progress%method
+      do i = first, size(settings%methods)
+         progress%method = i
+         call run_method(file, model, start, settings, settings%methods(i), options, checkpoint, progress, all_ended, &
+                         interrupted, row, events, error)
+         if (allocated(error)) return
+         if (interrupted) exit
+         progress%rows = progress%rows//row
+         progress%events = progress%events//events
+         progress%seconds = 0.0_wp
+         row = ''
+         events = ''
       end do
-      if (.not. allocated(error)) call events%finish(error)
-      if (.not. allocated(error)) call summary%finish(error)
-      call events%discard()
-      call summary%discard()
+      if (model%n_events > 0) &
+         call write_table(options%folder//'/events.csv', 'method,event,t', progress%events//events, error)
+      call write_table(options%folder//'/summary.csv', summary_header, progress%rows//row, error)
+      if (.not. allocated(error) .and. .not. interrupted) call remove_file(options%folder//'/'//checkpoint_file)
    end subroutine run_case
 
    !> What the system knows about itself.
@@ -104,89 +167,189 @@ contains
       character(*), intent(in) :: path
       type(quantity_t), intent(in) :: list(:)
       type(error_t), allocatable, intent(inout) :: error
-      type(csv_t) :: table
+      character(:), allocatable :: rows
       integer :: i
 
       if (size(list) == 0) return
-      call table%create(path, error)
-      if (.not. allocated(error)) call table%put('name,value,unit', error)
+      rows = ''
       do i = 1, size(list)
-         if (.not. allocated(error)) &
-            call table%put(list(i)%name//','//number(list(i)%value)//','//list(i)%unit, error)
+         rows = rows//list(i)%name//','//number(list(i)%value)//','//list(i)%unit//line_end
       end do
-      if (allocated(error)) then
-         call table%discard()
-      else
-         call table%finish(error)
-      end if
+      call write_table(path, 'name,value,unit', rows, error)
    end subroutine write_quantities
 
-   !> One method.
-   subroutine run_method(case_name, model, start, settings, chosen, folder, quiet, all_ended, events, row, error)
-      character(*), intent(in) :: case_name, folder
+   !> A small CSV file in one go.
+   subroutine write_table(path, header, rows, error)
+      character(*), intent(in) :: path, header, rows
+      type(error_t), allocatable, intent(inout) :: error
+      type(csv_t) :: table
+
+      if (allocated(error)) return
+      call table%create(path, error)
+      if (allocated(error)) return
+      if (len(rows) == 0) then
+         call table%put(header, error)
+      else
+         call table%put(header//line_end//rows(:len(rows) - 1), error)
+      end if
+      if (.not. allocated(error)) call table%finish(error)
+      call table%discard()
+   end subroutine write_table
+
+   !> One method, from its start or from where a checkpoint left it.
+   subroutine run_method(file, model, start, settings, chosen, options, checkpoint, progress, all_ended, interrupted, row, &
+                         event_rows, error)
+      type(namelist_file_t), intent(in) :: file
       class(mechanical_system_t), intent(in) :: model
       type(state_t), intent(in) :: start
       type(settings_t), intent(in) :: settings
       type(method_entry_t), intent(in) :: chosen
-      logical, intent(in) :: quiet
+      type(run_options_t), intent(in) :: options
+      type(archive_t), intent(inout) :: checkpoint
+      type(progress_of_case_t), intent(inout) :: progress
       logical, intent(inout) :: all_ended
-      type(csv_t), intent(inout) :: events
-      character(:), allocatable, intent(out) :: row
+      logical, intent(out) :: interrupted
+      character(:), allocatable, intent(inout) :: row, event_rows
       type(error_t), allocatable, intent(inout) :: error
       type(recorder_t) :: recorder
       type(model_events_t), allocatable :: watched
-      type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      type(simulation_t) :: simulation
+      type(watch_t) :: watch
       type(state_t) :: at
-      integer(int64) :: before, after, rate
-      real(wp) :: seconds
+      integer(int64) :: before, rate
+      real(wp) :: seconds_before
+      character(len=200) :: line
       integer :: i
 
+      interrupted = .false.
       at = start
       at%t = settings%t_start
-      call recorder%create(folder//'/'//chosen%label//'.csv', model, settings%t_start, settings%t_end, error)
-      if (allocated(error)) return
-      call recorder%progress%start(case_name//' '//chosen%label, quiet)
       ! An argument that is not allocated counts as not present.
       if (model%n_events > 0) then
          allocate (watched)
          call watched%init(model)
       end if
-      call system_clock(before, rate)
-      call simulate(model, at, settings%t_end, result, error, chosen%method, settings%options, recorder, &
-                    watched, ode=ode)
-      call system_clock(after)
-      seconds = real(after - before, wp)/real(rate, wp)
-      call recorder%progress%finish()
-      ! What could not be written ends the run; what ended early is kept and told.
-      if (result%status == status_output_failed .and. .not. allocated(error)) call move_alloc(result%error, error)
-      if (allocated(error)) then
-         call recorder%csv%discard()
-         return
-      end if
-      call recorder%csv%finish(error)
+      call simulation%init(model, error, chosen%method, settings%options)
       if (allocated(error)) return
-      if (result%status /= status_reached_end .and. result%status /= status_event) then
-         all_ended = .false.
-         if (allocated(result%error)) write (error_unit, '(5a)') case_name, ' ', chosen%label, ': ', result%error%line()
+      seconds_before = progress%seconds
+      call recorder%progress%start(file%name//' '//chosen%label, options%quiet)
+      watch%interval = options%checkpoint
+      call watch%start()
+      call system_clock(before, rate)
+      if (checkpoint%reading) then
+         call restore(checkpoint, options%folder, recorder, model, settings, simulation, error)
+         if (allocated(error)) return
+         if (.not. options%quiet) &
+            call progress%list(file%name, chosen%label//' continues at t = '//to_text(simulation%result%t)//' s')
+         call simulation%resume(recorder, watched, watch)
+      else
+         call recorder%create(options%folder//'/'//chosen%label//'.csv', model, settings%t_start, settings%t_end, error)
+         if (allocated(error)) return
+         call simulation%run(at, settings%t_end, error, recorder, watched, pause=watch)
       end if
-      if (allocated(result%events)) then
-         do i = 1, size(result%events)
-            call events%put(chosen%label//','//model%event_name(result%events(i)%index)//','// &
-                            number(result%events(i)%t), error)
+      do while (simulation%result%status == status_interrupted .and. .not. allocated(error))
+         call set_seconds()
+         call save(file, options, checkpoint, progress, recorder, simulation, error)
+         interrupted = caught_signal() /= 0
+         if (allocated(error) .or. interrupted) exit
+         call watch%start()
+         call simulation%resume(recorder, watched, watch)
+      end do
+      call set_seconds()
+      call recorder%progress%finish()
+      associate (result => simulation%result)
+         ! What could not be written ends the run; what ended early is kept and told.
+         if (result%status == status_output_failed .and. .not. allocated(error)) call move_alloc(result%error, error)
+         if (allocated(error)) then
+            call recorder%csv%discard()
+            return
+         end if
+         if (interrupted) then
+            call recorder%csv%keep()
+            write (error_unit, '(a)') file%name//' '//chosen%label//': interrupted at t = '//to_text(result%t)// &
+               ' s; continue with: '//options%app//' --restart '//options%folder//'/'//checkpoint_file
+         else
+            call recorder%csv%finish(error)
             if (allocated(error)) return
-         end do
-      end if
-      if (recorder%points == 0) recorder%min_rank = 0
-      row = case_name//','//chosen%label//','//status_name(result%status)//','//number(result%t)//','// &
-            to_text(result%steps)//','//to_text(result%rejected)//','//to_text(result%rhs_evaluations)//','// &
-            to_text(ode%projector%iterations)//','//number(recorder%max_phi)//','//number(recorder%max_phidot)//','// &
-            number(recorder%max_phiddot)//','//number(recorder%energy_drift)//','//to_text(recorder%min_rank)//','// &
-            number(seconds)
-      if (.not. quiet) write (output_unit, '(2x, a, t28, a, t46, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, &
-         status_name(result%status), result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, &
-         recorder%energy_drift, seconds
+         end if
+         if (result%status /= status_reached_end .and. result%status /= status_event) then
+            all_ended = .false.
+            if (allocated(result%error)) &
+               write (error_unit, '(5a)') file%name, ' ', chosen%label, ': ', result%error%line()
+         end if
+         if (allocated(result%events)) then
+            do i = 1, size(result%events)
+               event_rows = event_rows//chosen%label//','//model%event_name(result%events(i)%index)//','// &
+                            number(result%events(i)%t)//line_end
+            end do
+         end if
+         if (recorder%points == 0) recorder%min_rank = 0
+         row = file%name//','//chosen%label//','//status_name(result%status)//','//number(result%t)//','// &
+               to_text(result%steps)//','//to_text(result%rejected)//','//to_text(result%rhs_evaluations)//','// &
+               to_text(simulation%ode%projector%iterations)//','//number(recorder%max_phi)//','//number(recorder%max_phidot)// &
+               ','//number(recorder%max_phiddot)//','//number(recorder%energy_drift)//','//to_text(recorder%min_rank)//','// &
+               number(progress%seconds)//line_end
+         if (.not. options%quiet) then
+            write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
+               result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%energy_drift, progress%seconds
+            call progress%list(file%name, line)
+         end if
+      end associate
+
+   contains
+
+      !> Wall time of the method, in this process and before.
+      subroutine set_seconds()
+         integer(int64) :: now
+
+         call system_clock(now)
+         progress%seconds = seconds_before + real(now - before, wp)/real(rate, wp)
+      end subroutine set_seconds
+
    end subroutine run_method
+
+   !> What a checkpoint says of the method at work.
+   subroutine restore(checkpoint, folder, recorder, model, settings, simulation, error)
+      type(archive_t), intent(inout) :: checkpoint
+      character(*), intent(in) :: folder
+      type(recorder_t), intent(inout) :: recorder
+      class(mechanical_system_t), intent(in) :: model
+      type(settings_t), intent(in) :: settings
+      type(simulation_t), intent(inout) :: simulation
+      type(error_t), allocatable, intent(inout) :: error
+
+      call simulation%store(checkpoint)
+      call recorder%prepare(model, settings%t_start, settings%t_end)
+      call recorder%store(checkpoint, folder, error)
+      if (allocated(checkpoint%error)) call move_alloc(checkpoint%error, error)
+      if (.not. allocated(error) .and. .not. checkpoint%at_end()) &
+         call raise(error, folder//'/'//checkpoint_file, 'the checkpoint says more than this program understands', &
+                    'use the program that wrote it')
+      checkpoint%reading = .false.
+   end subroutine restore
+
+   !> Writes a checkpoint.
+   subroutine save(file, options, checkpoint, progress, recorder, simulation, error)
+      type(namelist_file_t), intent(in) :: file
+      type(run_options_t), intent(in) :: options
+      type(archive_t), intent(inout) :: checkpoint
+      type(progress_of_case_t), intent(inout) :: progress
+      type(recorder_t), intent(inout) :: recorder
+      type(simulation_t), intent(inout) :: simulation
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: path, text
+
+      call checkpoint%clear()
+      path = file%path
+      text = file%content
+      call store_origin(checkpoint, options%folder//'/'//checkpoint_file, options%app, path, text, error)
+      call progress%store(checkpoint)
+      call simulation%store(checkpoint)
+      call recorder%store(checkpoint, options%folder, error)
+      if (allocated(error)) return
+      call write_checkpoint(options%folder//'/'//checkpoint_file, checkpoint, error)
+      if (.not. allocated(error)) recorder%csv%in_checkpoint = .true.
+   end subroutine save
 
    !> A number without blanks.
    function number(value) result(text)

@@ -1,0 +1,247 @@
+"""Checkpoints: a run that was killed or interrupted continues bit for bit, and damaged files are refused."""
+
+import random
+import shutil
+import signal
+import subprocess
+import time
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+INTERRUPTED = 75
+
+Start = Callable[..., subprocess.Popen[str]]
+
+# Long enough to be killed in the middle, short enough to be repeated; chaotic behind the event at 0.27 s.
+SWING = """&integration t_end = 0.32, rtol = 1e-3, atol = 1e-6, max_step = 1e-5 /
+&output dt = 1e-3 /
+&method name = "present" /
+&method name = "coordinate-projection", label = "eich" /
+"""
+TIMED = "wall_seconds"
+
+
+@pytest.fixture(scope="session")
+def whole(swing: Path, environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a run that nobody disturbed."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "short.nml").write_text(SWING)
+    subprocess.run([swing, "short.nml", "--quiet"], cwd=folder, env=environment, check=True)
+    return folder
+
+
+@pytest.fixture
+def case(whole: Path, tmp_path: Path) -> Path:
+    shutil.copy(whole / "short.nml", tmp_path)
+    return tmp_path
+
+
+def timeless(folder: Path) -> dict[str, bytes]:
+    """Returns the files of a folder, the summary without its times."""
+    files = {path.name: path.read_bytes() for path in folder.iterdir()}
+    rows = [line.split(b",") for line in files["summary.csv"].splitlines()]
+    column = rows[0].index(TIMED.encode())
+    files["summary.csv"] = b"\n".join(b",".join(row[:column] + row[column + 1 :]) for row in rows)
+    return files
+
+
+def checkpoint_of(case: Path) -> Path:
+    return case / "results/short/checkpoint.taut"
+
+
+@pytest.fixture
+def start(swing: Path, environment: dict[str, str]) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Starts the swing and lets nobody survive the test."""
+    running = []
+
+    def start_in(case: Path, *arguments: str | Path) -> subprocess.Popen[str]:
+        command = [swing, *arguments]
+        process = subprocess.Popen(
+            command, cwd=case, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        running.append(process)
+        return process
+
+    yield start_in
+    for process in running:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def interrupted(case: Path, start: Start) -> Path:
+    """A case that was interrupted in its first method."""
+    process = start(case, "short.nml")
+    time.sleep(0.3)
+    process.terminate()
+    process.communicate(timeout=60)
+    assert process.returncode == INTERRUPTED
+    return case
+
+
+def test_killed_at_random_moments(case: Path, whole: Path, start: Start) -> None:
+    chance = random.Random(1)
+    kills = 0
+    arguments = ["short.nml", "--checkpoint", "0.02", "--quiet"]
+    while kills < 20:
+        process = start(case, *arguments)
+        try:
+            process.communicate(timeout=chance.uniform(0.01, 0.25))
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.communicate()
+            kills += 1
+        else:
+            assert process.returncode == 0, "each restart ends well"
+            assert timeless(case / "results/short").items() >= timeless(whole / "results/short").items()
+            shutil.rmtree(case / "results")
+        restart = ["--restart", checkpoint_of(case)] if checkpoint_of(case).exists() else []
+        arguments = ["short.nml", "--checkpoint", "0.02", "--quiet", *restart]
+    process = start(case, *arguments)
+    process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert timeless(case / "results/short").items() >= timeless(whole / "results/short").items()
+    assert not checkpoint_of(case).exists()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGUSR1])
+def test_signals(number: signal.Signals, case: Path, whole: Path, start: Start) -> None:
+    arguments: list[str | Path] = ["short.nml"]
+    codes = set()
+    for pause in (0.3, 0.6, 0.3, None):
+        process = start(case, *arguments)
+        if pause is not None:
+            time.sleep(pause)
+            process.send_signal(number)
+        _, error = process.communicate(timeout=60)
+        codes.add(process.returncode)
+        if process.returncode == 0:
+            break
+        assert process.returncode == INTERRUPTED
+        assert f"continue with: swing --restart {checkpoint_of(case).relative_to(case)}" in error
+        last = (case / "results/short/summary.csv").read_text().splitlines()[-1]
+        assert ",interrupted," in last
+        arguments = ["--restart", checkpoint_of(case).relative_to(case)]
+    assert codes == {0, INTERRUPTED}
+    assert timeless(case / "results/short") == timeless(whole / "results/short")
+
+
+def test_moved_folder(interrupted: Path, whole: Path, start: Start) -> None:
+    shutil.move(interrupted / "results/short", interrupted / "elsewhere")
+    process = start(interrupted, "--restart", "elsewhere/checkpoint.taut", "--quiet")
+    _, error = process.communicate(timeout=60)
+    assert (process.returncode, error) == (0, "")
+    assert timeless(interrupted / "elsewhere") == timeless(whole / "results/short")
+
+
+def contents(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def refused(start: Start, case: Path, *arguments: str | Path, code: int = 1) -> str:
+    """Returns the one line with which a restart is refused."""
+    before = contents(case)
+    process = start(case, *arguments, "--quiet")
+    output, error = process.communicate(timeout=60)
+    assert process.returncode == code
+    assert output == "" and len(error.splitlines()) == 1, error
+    assert before == {path: path.read_bytes() for path in case.rglob("*") if path.is_file()}, (
+        "nothing is touched"
+    )
+    return error
+
+
+def test_damaged_checkpoints(interrupted: Path, start: Start) -> None:
+    path = checkpoint_of(interrupted)
+    good = path.read_bytes()
+    chance = random.Random(2)
+    for _ in range(30):
+        place = chance.randrange(len(good))
+        path.write_bytes(good[:place] + bytes([good[place] ^ (1 << chance.randrange(8))]) + good[place + 1 :])
+        assert "checkpoint" in refused(start, interrupted, "--restart", path)
+    for length in (0, 5, 16, 30, 40, 100, len(good) - 1):
+        path.write_bytes(good[:length])
+        assert "checkpoint" in refused(start, interrupted, "--restart", path)
+    path.write_bytes(good + b"more")
+    assert "longer than it says" in refused(start, interrupted, "--restart", path)
+    path.write_bytes(good[:16] + b"\x09\x00\x00\x00" + good[20:])
+    assert "has format 9" in refused(start, interrupted, "--restart", path)
+
+
+def test_foreign_checkpoints(
+    interrupted: Path,
+    start: Start,
+    pendulum: Path,
+    environment: dict[str, str],
+) -> None:
+    path = checkpoint_of(interrupted)
+    done = subprocess.run(
+        [pendulum, "--restart", path],
+        cwd=interrupted,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert "belongs to the app swing" in done.stderr
+    case = interrupted / "short.nml"
+    case.write_text(SWING.replace("0.32", "0.33"))
+    assert "was changed since" in refused(start, interrupted, "--restart", path)
+    case.write_text(SWING)
+    assert "is not in the folder other/short" in refused(
+        start, interrupted, "--restart", path, "--out", "other"
+    )
+    assert "there is no such checkpoint" in refused(start, interrupted, "--restart", "nothing.taut")
+    assert "several" in refused(start, interrupted, "a.nml", "b.nml", "--restart", path, code=2)
+    (unfinished,) = path.parent.glob("*.part")
+    content = unfinished.read_bytes()
+    unfinished.write_bytes(content.replace(b"1", b"2", 1))
+    assert "is not what the checkpoint says" in refused(start, interrupted, "--restart", path)
+    unfinished.write_bytes(content[: len(content) // 2])
+    assert "is not what the checkpoint says" in refused(start, interrupted, "--restart", path)
+    unfinished.unlink()
+    assert "is not what the checkpoint says" in refused(start, interrupted, "--restart", path)
+
+
+def test_another_build(interrupted: Path, start: Start) -> None:
+    path = checkpoint_of(interrupted)
+    good = path.read_bytes()
+    archive = good[40:].replace(b"compiler: GCC", b"compiler: ICC", 1)
+    path.write_bytes(good[:32] + zlib.crc32(archive).to_bytes(8, "little") + archive)
+    assert "another build: taut" in refused(start, interrupted, "--restart", path)
+
+
+def test_two_at_once(interrupted: Path, whole: Path, start: Start) -> None:
+    first = start(interrupted, "--restart", checkpoint_of(interrupted), "--quiet")
+    time.sleep(0.1)
+    second = start(interrupted, "--restart", checkpoint_of(interrupted), "--quiet")
+    _, error = second.communicate(timeout=60)
+    assert second.returncode == 1
+    assert "another process writes it" in error
+    first.communicate(timeout=60)
+    assert first.returncode == 0
+    assert timeless(interrupted / "results/short") == timeless(whole / "results/short")
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "soon", "nan", ""])
+def test_bad_intervals(value: str, case: Path, start: Start) -> None:
+    assert "--checkpoint" in refused(start, case, "short.nml", "--checkpoint", value, code=2)
+
+
+def test_full_disk(
+    swing: Path, whole: Path, environment: dict[str, str], tmp_path: Path, small_disk: Path
+) -> None:
+    shutil.copy(whole / "short.nml", tmp_path)
+    command = [swing, "short.nml", "--out", "out", "--checkpoint", "0.02", "--quiet"]
+    settings = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True, "check": False}
+    done = subprocess.run(command, **settings)
+    assert done.returncode == 1
+    assert "make room on the disk" in done.stderr and len(done.stderr.splitlines()) == 1
+    subprocess.run(["mount", "-o", "remount,size=10m", small_disk], check=True)
+    done = subprocess.run([swing, "--restart", "out/short/checkpoint.taut", "--quiet"], **settings)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert timeless(small_disk / "short") == timeless(whole / "results/short")
