@@ -56,6 +56,7 @@ VALUES = {
         "&pendulum",
         "constraint_copies = 1.5",
     ),
+    "column that does not exist": ('&output columns = "x", "y" /', "case.nml", 'no column "y"', "first line"),
     "text without quotes": ("&method name = present /", "&method", "name = present", "quotation"),
     "negative mass": ("\n&pendulum mass = -1 /", "case.nml:2: &pendulum", "mass = -1", "kg"),
     "zero mass": ("&pendulum mass = 0 /", "&pendulum", "mass = 0", "kg"),

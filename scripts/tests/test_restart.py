@@ -17,7 +17,7 @@ Start = Callable[..., subprocess.Popen[str]]
 
 # Long enough to be killed in the middle, short enough to be repeated; chaotic behind the event at 0.27 s.
 SWING = """&integration t_end = 0.32, rtol = 1e-3, atol = 1e-6, max_step = 1e-5 /
-&output dt = 1e-3 /
+&output dt = 1e-3, columns = "*" /
 &method name = "present" /
 &method name = "coordinate-projection", label = "eich" /
 """

@@ -29,8 +29,10 @@ module taut_case_recorder
       type(progress_t) :: progress
       real(wp), private :: t_start = 0.0_wp, t_end = 1.0_wp, first_energy = 0.0_wp
       type(sample_t), private :: sample
+      !> Which columns are written: (columns).
+      logical, allocatable, private :: wanted(:)
       character(:), allocatable, private :: line
-      integer, private :: used = 0
+      integer, private :: used = 0, column = 0
    contains
       procedure :: create
       procedure :: prepare
@@ -41,53 +43,146 @@ module taut_case_recorder
 contains
 
    !> Opens the file and writes its header.
-   subroutine create(self, path, model, t_start, t_end, error)
+   subroutine create(self, path, model, columns, t_start, t_end, error)
       !> The recorder.
       class(recorder_t), intent(inout) :: self
       !> Path of the CSV file.
       character(*), intent(in) :: path
       !> The system, for the names of its coordinates.
       class(mechanical_system_t), intent(in) :: model
+      !> Columns to write besides the time, with * for any characters; blank ones do not count, and none means all.
+      character(*), intent(in) :: columns(:)
       !> Start and end, for the progress line [s].
       real(wp), intent(in) :: t_start, t_end
-      !> A file that cannot be written.
+      !> A file that cannot be written, or a column that does not exist.
       type(error_t), allocatable, intent(inout) :: error
-      character(:), allocatable :: header
       integer :: i
 
-      call self%prepare(model, t_start, t_end)
-      header = 't,h'
-      do i = 1, model%n_x
-         header = header//','//model%x_name(i)
-      end do
-      do i = 1, model%n
-         header = header//','//model%v_name(i)
-      end do
-      do i = 1, model%n_w
-         header = header//',w'//to_text(i)
-      end do
-      header = header//',phi,phidot,phiddot,phi_raw,phidot_raw,energy'// &
-               numbered('mu', model%c)//numbered('lambda', model%c)//',rank'
-      do i = 1, model%n_outputs
-         header = header//','//model%output_name(i)
-      end do
+      call self%prepare(model, columns, t_start, t_end, error)
+      if (allocated(error)) return
       call self%csv%create(path, error)
-      if (.not. allocated(error)) call self%csv%put(header, error)
+      if (allocated(error)) return
+      self%used = 0
+      self%column = 0
+      do i = 1, size(self%wanted)
+         call add_text(self, column_name(model, i))
+      end do
+      call self%csv%put(self%line(1:self%used - 1), error)
    end subroutine create
 
    !> Gets ready without a file, for `store` to restore one.
-   subroutine prepare(self, model, t_start, t_end)
+   subroutine prepare(self, model, columns, t_start, t_end, error)
       !> The recorder.
       class(recorder_t), intent(inout) :: self
       !> The system.
       class(mechanical_system_t), intent(in) :: model
+      !> Columns to write besides the time, as in `create`.
+      character(*), intent(in) :: columns(:)
       !> Start and end, for the progress line [s].
       real(wp), intent(in) :: t_start, t_end
+      !> A column that does not exist.
+      type(error_t), allocatable, intent(inout) :: error
+      logical :: met(size(columns))
+      integer :: i, j
 
       self%t_start = t_start
       self%t_end = t_end
-      allocate (character(len=25*(9 + model%n_x + model%n + model%n_w + 2*model%c + model%n_outputs)) :: self%line)
+      allocate (self%wanted(9 + model%n_x + model%n + model%n_w + 2*model%c + model%n_outputs), &
+                source=all(columns == ''))
+      allocate (character(len=4096) :: self%line)
+      self%wanted(1) = .true.
+      if (all(columns == '')) return
+      met = columns == ''
+      do i = 1, size(self%wanted)
+         do j = 1, size(columns)
+            if (columns(j) == '') cycle
+            if (.not. matches(column_name(model, i), trim(columns(j)))) cycle
+            met(j) = .true.
+            self%wanted(i) = .true.
+         end do
+      end do
+      do j = 1, size(columns)
+         if (.not. met(j)) call raise(error, '&output', 'there is no column "'//trim(columns(j))//'"', &
+                                      'take names from the first line of a result with all columns; * stands for any characters')
+      end do
    end subroutine prepare
+
+   !> Name of a column; the columns are those of `observe`.
+   function column_name(model, i) result(name)
+      class(mechanical_system_t), intent(in) :: model
+      integer, intent(in) :: i
+      character(:), allocatable :: name
+      character(len=10), parameter :: violations(6) = [character(len=10) :: 'phi', 'phidot', 'phiddot', 'phi_raw', &
+                                                       'phidot_raw', 'energy']
+      integer :: j
+
+      j = i - 2
+      if (j < 1) then
+         name = merge('t', 'h', i == 1)
+         return
+      end if
+      if (j <= model%n_x) then
+         name = model%x_name(j)
+         return
+      end if
+      j = j - model%n_x
+      if (j <= model%n) then
+         name = model%v_name(j)
+         return
+      end if
+      j = j - model%n
+      if (j <= model%n_w) then
+         name = 'w'//to_text(j)
+         return
+      end if
+      j = j - model%n_w
+      if (j <= 6) then
+         name = trim(violations(j))
+         return
+      end if
+      j = j - 6
+      if (j <= model%c) then
+         name = numbered('mu', j, model%c)
+         return
+      end if
+      j = j - model%c
+      if (j <= model%c) then
+         name = numbered('lambda', j, model%c)
+         return
+      end if
+      j = j - model%c
+      name = 'rank'
+      if (j > 1) name = model%output_name(j - 1)
+   end function column_name
+
+   !> A name with its number, which is left out if there is only one.
+   function numbered(name, i, count) result(text)
+      character(*), intent(in) :: name
+      integer, intent(in) :: i, count
+      character(:), allocatable :: text
+
+      text = name
+      if (count > 1) text = name//to_text(i)
+   end function numbered
+
+   !> Whether a name is what a pattern says, where * stands for any characters, or none.
+   pure recursive function matches(name, pattern) result(answer)
+      character(*), intent(in) :: name, pattern
+      logical :: answer
+      integer :: i
+
+      answer = .false.
+      if (len(pattern) == 0) then
+         answer = len(name) == 0
+      else if (pattern(1:1) == '*') then
+         do i = 1, len(name) + 1
+            answer = matches(name(i:), pattern(2:))
+            if (answer) return
+         end do
+      else if (len(name) > 0) then
+         if (name(1:1) == pattern(1:1)) answer = matches(name(2:), pattern(2:))
+      end if
+   end function matches
 
    !> Passes what was gathered so far, and the file, through an archive.
    subroutine store(self, archive, folder, error)
@@ -109,21 +204,6 @@ contains
       call archive%item('points', self%points)
       call self%csv%store(archive, folder, error)
    end subroutine store
-
-   !> Column names: one without a number if there is only one.
-   pure function numbered(name, count) result(text)
-      character(*), intent(in) :: name
-      integer, intent(in) :: count
-      character(:), allocatable :: text
-      integer :: i
-
-      text = ''
-      if (count == 1) text = ','//name
-      if (count < 2) return
-      do i = 1, count
-         text = text//','//name//to_text(i)
-      end do
-   end function numbered
 
    !> Writes one point.
    subroutine observe(self, ode, t, h, y, error)
@@ -157,6 +237,7 @@ contains
       end select
 
       self%used = 0
+      self%column = 0
       call add(self, t)
       call add(self, h)
       do i = 1, size(y)
@@ -191,23 +272,35 @@ contains
       call self%progress%update(abs(t - self%t_start)/max(abs(self%t_end - self%t_start), tiny(1.0_wp)))
    end subroutine observe
 
-   !> Appends a number and a comma to the line, without leading blanks.
+   !> Appends a number and a comma to the line, without leading blanks, if its column is written.
    subroutine add(self, value)
       type(recorder_t), intent(inout) :: self
       real(wp), intent(in) :: value
       character(len=24) :: text
       integer :: first
 
+      if (.not. self%wanted(self%column + 1)) then
+         self%column = self%column + 1
+         return
+      end if
       text = number_text(value)
       first = verify(text, ' ')
       call add_text(self, text(first:))
    end subroutine add
 
-   !> Appends a text and a comma to the line.
+   !> Appends a text and a comma to the line, if its column is written.
    subroutine add_text(self, text)
       type(recorder_t), intent(inout) :: self
       character(*), intent(in) :: text
+      character(:), allocatable :: longer
 
+      self%column = self%column + 1
+      if (.not. self%wanted(self%column)) return
+      if (self%used + len(text) + 1 > len(self%line)) then
+         allocate (character(len=2*(self%used + len(text) + 1)) :: longer)
+         longer(1:self%used) = self%line(1:self%used)
+         call move_alloc(longer, self%line)
+      end if
       self%line(self%used + 1:self%used + len(text) + 1) = text//','
       self%used = self%used + len(text) + 1
    end subroutine add_text

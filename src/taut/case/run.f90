@@ -53,7 +53,7 @@ module taut_case_run
 
 contains
 
-   !> Whether every method of a case can start, so that nothing is written if one cannot.
+   !> Whether every method of a case can start and the columns exist, so that nothing is written otherwise.
    subroutine check_start(file, model, start, settings, error)
       !> The case file.
       type(namelist_file_t), intent(in) :: file
@@ -67,16 +67,17 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(state_t) :: at
       type(start_report_t) :: report
+      type(recorder_t) :: recorder
       integer :: i
 
+      call recorder%prepare(model, settings%columns, settings%t_start, settings%t_end, error)
+      if (allocated(error)) error%where = file%path//': '//error%where
       do i = 1, size(settings%methods)
+         if (allocated(error)) return
          at = start
          at%t = settings%t_start
          call consistent_start(model, settings%methods(i)%method, at, report, error)
-         if (allocated(error)) then
-            error%where = file%path//': '//error%where
-            return
-         end if
+         if (allocated(error)) error%where = file%path//': '//error%where
       end do
    end subroutine check_start
 
@@ -243,7 +244,8 @@ contains
             call progress%list(file%name, chosen%label//' continues at t = '//to_text(simulation%result%t)//' s')
          call simulation%resume(recorder, watched, watch)
       else
-         call recorder%create(options%folder//'/'//chosen%label//'.csv', model, settings%t_start, settings%t_end, error)
+         call recorder%create(options%folder//'/'//chosen%label//'.csv', model, settings%columns, settings%t_start, &
+                              settings%t_end, error)
          if (allocated(error)) return
          call simulation%run(at, settings%t_end, error, recorder, watched, pause=watch)
       end if
@@ -319,7 +321,8 @@ contains
       type(error_t), allocatable, intent(inout) :: error
 
       call simulation%store(checkpoint)
-      call recorder%prepare(model, settings%t_start, settings%t_end)
+      call recorder%prepare(model, settings%columns, settings%t_start, settings%t_end, error)
+      if (allocated(error)) return
       call recorder%store(checkpoint, folder, error)
       if (allocated(checkpoint%error)) call move_alloc(checkpoint%error, error)
       if (.not. allocated(error) .and. .not. checkpoint%at_end()) &

@@ -27,6 +27,8 @@ module taut_case_settings
       real(wp) :: t_start = 0.0_wp, t_end = 10.0_wp
       !> Tolerances, steps, output spacing.
       type(integration_options_t) :: options
+      !> Columns of the CSV files, with * for any characters; blank ones do not count, and none means all.
+      character(len=40) :: columns(100) = ''
       !> Methods to be run side by side.
       type(method_entry_t), allocatable :: methods(:)
    end type settings_t
@@ -55,7 +57,7 @@ contains
             call checked%init(1, settings%options, error)
             call file%locate(file%groups(i), error)
          case ('output')
-            call read_output(file, file%groups(i), settings%options, error)
+            call read_output(file, file%groups(i), settings, error)
             if (allocated(error)) return
             call checked%init(1, settings%options, error)
             call file%locate(file%groups(i), error)
@@ -140,22 +142,25 @@ contains
    end subroutine read_integration
 
    !> &output.
-   subroutine read_output(file, group, options, error)
+   subroutine read_output(file, group, settings, error)
       type(namelist_file_t), intent(in) :: file
       type(group_t), intent(in) :: group
-      type(integration_options_t), intent(inout) :: options
+      type(settings_t), intent(inout) :: settings
       type(error_t), allocatable, intent(inout) :: error
+      character(len=len(settings%columns)) :: columns(size(settings%columns))
       real(wp) :: dt
       integer :: i, status
       character(len=200) :: message
-      namelist /output/ dt
+      namelist /output/ dt, columns
 
-      dt = options%output_dt
+      dt = settings%options%output_dt
+      columns = settings%columns
       do i = 1, size(group%entries)
          read (group%entries(i)%text, nml=output, iostat=status, iomsg=message)
-         if (status /= 0) call file%complain(group, i, message, 'dt', error)
+         if (status /= 0) call file%complain(group, i, message, 'dt, columns', error)
       end do
-      options%output_dt = dt
+      settings%options%output_dt = dt
+      settings%columns = columns
    end subroutine read_output
 
    !> &method.
