@@ -1,4 +1,4 @@
-"""Finds the Python that has matplotlib; needs only the standard library itself."""
+"""Finds the Python that has the packages; needs only the standard library itself."""
 
 import importlib.util
 import os
@@ -6,16 +6,18 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+# What the scripts import, as far as it does not come with another of these.
+PACKAGES = ("f90nml", "jinja2", "matplotlib", "scipy", "tqdm")
 
 
 def use_venv() -> None:
     """Starts the calling script again under the project's .venv when this Python lacks a package."""
-    if all(importlib.util.find_spec(name) for name in ("matplotlib", "numpy", "jinja2")):
+    if all(importlib.util.find_spec(name) for name in PACKAGES):
         return
     prefix, python = ROOT / ".venv", ROOT / ".venv" / "bin" / "python"
     # Comparing prefixes, not programs: .venv/bin/python is often a link to the very Python that runs now.
     if not python.exists() or Path(sys.prefix).resolve() == prefix.resolve():
-        sys.exit(f"{Path(sys.argv[0]).name}: matplotlib or jinja2 is not installed: run scripts/setup first")
+        sys.exit(f"{Path(sys.argv[0]).name}: a Python package is not installed: run scripts/setup first")
     sys.stdout.flush()
     os.execv(python, [str(python), *sys.argv])
 

@@ -1,0 +1,1 @@
+"""Runs many variants of a case and collects what came of them."""

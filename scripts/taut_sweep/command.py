@@ -1,0 +1,185 @@
+"""The command line: scripts/sweep plan|run|status|collect|plot|work SWEEP."""
+
+import argparse
+import sys
+from collections import Counter
+from pathlib import Path
+
+from taut_sweep import program as programs
+from taut_sweep import sweep_file
+from taut_sweep.case_file import plain
+from taut_sweep.execute import INTERRUPTED, Executor
+from taut_sweep.files import SweepError
+from taut_sweep.local import Report, cores, run_all
+from taut_sweep.plan import Plan
+from taut_sweep.store import STATES, Store, state_of
+
+SHOWN = 5
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Does what the command line asks for."""
+    asked = _parser().parse_args(arguments)
+    try:
+        return asked.command(asked)
+    except SweepError as error:
+        print(f"sweep: {error}", file=sys.stderr)
+    except OSError as error:
+        print(f"sweep: {error.filename}: {error.strerror}", file=sys.stderr)
+    return 1
+
+
+def plan(asked: argparse.Namespace) -> int:
+    """Says how many runs there are and shows the first."""
+    sweep = sweep_file.read(asked.sweep)
+    program = programs.find(sweep.app)
+    planned = Plan(sweep, program.version)
+    check(planned, program)
+    print(f"{sweep.name}: {len(planned.runs)} runs of {sweep.app} with {sweep.case}")
+    table = [["run", *sweep.columns]]
+    table += [[str(run.index), *map(plain, run.values)] for run in planned.runs[:SHOWN]]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    for row in table:
+        print("  " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
+    if len(planned.runs) > SHOWN:
+        print("  ...")
+    return 0
+
+
+def run(asked: argparse.Namespace) -> int:
+    """Runs what is not done on this machine."""
+    sweep = sweep_file.read(asked.sweep)
+    program = programs.find(sweep.app)
+    planned = Plan(sweep, program.version)
+    check(planned, program)
+    store = Store(asked.results, sweep.name)
+    program = store.prepare(planned, program)
+    runs = [one for one in planned.runs if planned.first(one)]
+    todo = [one for one in runs if state_of(store.folder(one), one) != "done"]
+    report = run_all(Executor(planned, store, program), todo, asked.jobs)
+    tell(report)
+    return finish(report, f"scripts/sweep run {asked.sweep}", 130)
+
+
+def work(asked: argparse.Namespace) -> int:
+    """Runs some runs one after the other, as a task of a cluster's job does; `run` has prepared them."""
+    planned, store, program = prepared(asked)
+    first, last = asked.runs
+    if not 1 <= first <= last <= len(planned.runs):
+        raise SweepError(f"--runs {first}:{last}: there are runs 1 to {len(planned.runs)}")
+    report = run_all(Executor(planned, store, program), planned.runs[first - 1 : last], 1)
+    tell(report)
+    return finish(report, "the same again", INTERRUPTED)
+
+
+def status(asked: argparse.Namespace) -> int:
+    """Counts the runs by state, from their records and locks alone."""
+    planned, store, _ = prepared(asked)
+    counts = count(planned, store)
+    shown = [name for name in STATES if counts[name] or name in ("done", "running", "failed", "missing")]
+    print(
+        f"{planned.sweep.name}: {len(planned.runs)} runs: "
+        + ", ".join(f"{counts[name]} {name}" for name in shown)
+    )
+    return 0
+
+
+def collect(asked: argparse.Namespace) -> int:
+    """Writes the tables."""
+    from taut_sweep.collect import collect
+
+    planned, store, _ = prepared(asked)
+    for path in collect(planned, store, asked.partial):
+        print(path)
+    return 0
+
+
+def prepared(asked: argparse.Namespace) -> tuple[Plan, Store, programs.Program]:
+    """Returns the plan with the program that the runs were made with."""
+    sweep = sweep_file.read(asked.sweep)
+    store = Store(asked.results, sweep.name)
+    program = store.program()
+    if program is None:
+        raise SweepError(f"{store.root} has no runs; scripts/sweep run {asked.sweep} first")
+    store.scan()
+    return Plan(sweep, program.version), store, program
+
+
+def check(planned: Plan, program: programs.Program) -> None:
+    """Lets the program read the first case, so that a misspelt entry is said once and not by each run."""
+    first = planned.runs[0]
+    if said := programs.check_case(program.path, planned.text(first)):
+        raise SweepError(f"{planned.sweep.path}: run 1 is refused: {said}")
+
+
+def count(planned: Plan, store: Store) -> Counter[str]:
+    """Returns how many runs are in which state."""
+    return Counter(state_of(store.folder(one), one) for one in planned.runs)
+
+
+def tell(report: Report) -> None:
+    """Prints what came of the runs."""
+    if report.started:
+        own = 1e3 * report.own_seconds / report.started
+        print(
+            f"{report.started} runs in {report.seconds:.1f} s, {report.workers} at a time: "
+            f"{own:.1f} ms a run integrating, {1e3 * report.overhead:.1f} ms a run for all else"
+        )
+    for message, times in report.messages.most_common(SHOWN):
+        print(f"sweep: {times} failed, as in {report.examples[message]}: {message}", file=sys.stderr)
+    if len(report.messages) > SHOWN:
+        print(f"sweep: and {len(report.messages) - SHOWN} other messages", file=sys.stderr)
+
+
+def finish(report: Report, again: str, stopped_code: int) -> int:
+    """Says what is left to do and returns the exit code."""
+    states = report.states
+    if left := states["interrupted"] + states["stopped"]:
+        print(f"sweep: stopped with {left} runs to go; go on with {again}", file=sys.stderr)
+        return stopped_code
+    if states["busy"]:
+        print(f"sweep: {states['busy']} runs are being run by another process", file=sys.stderr)
+    return 1 if states["failed"] or states["busy"] else 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="sweep", description="Runs many variants of a case and collects what came of them."
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(function: object, text: str) -> argparse.ArgumentParser:
+        command = commands.add_parser(function.__name__, help=text, description=function.__doc__)
+        command.add_argument(
+            "sweep", type=Path, metavar="SWEEP", help="a sweep file, such as cases/swing/peak_force.toml"
+        )
+        command.add_argument(
+            "--results", type=Path, default=Path("results"), metavar="DIR", help="default: results"
+        )
+        command.set_defaults(command=function)
+        return command
+
+    add(plan, "say how many runs there are and show the first")
+    command = add(run, "run what is not done")
+    command.add_argument(
+        "--jobs", type=_jobs, default=cores(), metavar="N", help="runs at a time; default: cores"
+    )
+    add(status, "count the runs that are done, running, failed, missing")
+    command = add(collect, "write the tables of all runs")
+    command.add_argument("--partial", action="store_true", help="leave out runs that have no results")
+    command = add(work, "run some runs, one after the other (a task of a cluster's job)")
+    command.add_argument(
+        "--runs", type=_slice, required=True, metavar="FIRST:LAST", help="which runs, both included"
+    )
+    return parser
+
+
+def _jobs(text: str) -> int:
+    if (value := int(text)) < 1:
+        raise argparse.ArgumentTypeError("must be 1 or more")
+    return value
+
+
+def _slice(text: str) -> tuple[int, int]:
+    first, _, last = text.partition(":")
+    return int(first), int(last or first)

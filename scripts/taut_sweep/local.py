@@ -1,0 +1,98 @@
+"""Runs a sweep on this machine: as many programs at a time as there are cores."""
+
+import os
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tqdm import tqdm
+
+from taut_sweep.execute import Executor, Outcome, Stop
+from taut_sweep.files import SweepError
+from taut_sweep.plan import Run
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1)
+
+
+def cores() -> int:
+    """Returns how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass
+class Report:
+    """What came of some runs."""
+
+    workers: int
+    seconds: float = 0.0
+    own_seconds: float = 0.0
+    started: int = 0
+    states: Counter[str] = field(default_factory=Counter)
+    # What the programs said that failed, how often, and where first.
+    messages: Counter[str] = field(default_factory=Counter)
+    examples: dict[str, Path] = field(default_factory=dict)
+
+    def add(self, outcome: Outcome) -> None:
+        """Counts a run."""
+        self.states[outcome.state] += 1
+        self.started += outcome.ran
+        self.own_seconds += outcome.own_seconds
+        if outcome.state == "failed":
+            self.messages[outcome.message] += 1
+            self.examples.setdefault(outcome.message, outcome.folder)
+
+    @property
+    def overhead(self) -> float:
+        """Everything but the integrations themselves, per run that was started [s]."""
+        return (self.seconds * self.workers - self.own_seconds) / max(self.started, 1)
+
+
+def run_all(executor: Executor, runs: Iterable[Run], workers: int) -> Report:
+    """Runs what is not done, asking once more at the end for what other processes had; signals stop it."""
+    waiting = list(runs)
+    report = Report(workers)
+    start = time.monotonic()
+    with (
+        stopping(executor.stop),
+        ThreadPoolExecutor(workers) as pool,
+        tqdm(total=len(waiting), unit="run", disable=not sys.stderr.isatty()) as bar,
+    ):
+        try:
+            busy = []
+            futures = {pool.submit(executor.execute, run): run for run in waiting}
+            for future in as_completed(futures):
+                outcome = future.result()
+                run = futures.pop(future)
+                if outcome.state == "busy":
+                    busy.append(run)
+                else:
+                    report.add(outcome)
+                    bar.update()
+            for outcome in pool.map(executor.execute, busy):
+                report.add(outcome)
+        except OSError as error:
+            # Without room, or without the right to write, no other run would fare better.
+            executor.stop.ask()
+            pool.shutdown(cancel_futures=True)
+            raise SweepError(
+                f"{error.filename or executor.store.root}: {error.strerror}; runs that are done are kept"
+            ) from None
+    report.seconds = time.monotonic() - start
+    return report
+
+
+@contextmanager
+def stopping(stop: Stop) -> Iterator[None]:
+    """Passes signals on to the programs instead of dying of them."""
+    before = {number: signal.signal(number, lambda *_: stop.ask()) for number in SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,97 @@
+"""The program of a sweep: where it is, what it says of its version, and whether it takes the case."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from taut_report.bootstrap import ROOT
+
+from taut_sweep.files import SweepError
+
+# The systems are small: more threads would cost time and make the last digits vary.
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program and everything that it prints with --version."""
+
+    path: Path
+    version: str
+
+
+def find(app: str) -> Program:
+    """Returns the program: in the folder TAUT_BIN, or the repository's release build, or on the PATH."""
+    if folder := os.environ.get("TAUT_BIN"):
+        path = Path(folder) / app
+        if not os.access(path, os.X_OK):
+            raise SweepError(f"{path}: there is no such program in the folder that TAUT_BIN names")
+    elif (ROOT / "app" / f"{app}.f90").is_file() and (fpm := _fpm()):
+        path = _built(app, fpm)
+    elif found := shutil.which(app):
+        path = Path(found)
+    else:
+        raise SweepError(
+            f"there is no program '{app}'; 'app' in the sweep file names one, TAUT_BIN its folder"
+        )
+    return Program(path.resolve(), version_of(path))
+
+
+def version_of(path: Path) -> str:
+    """Returns what a program prints with --version."""
+    try:
+        done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise SweepError(f"{path}: the program cannot be started: {error.strerror}") from None
+    if done.returncode != 0:
+        raise SweepError(f"{path} --version failed: {last_line(done.stderr, done.returncode)}")
+    return done.stdout.strip()
+
+
+def check_case(program: Path, text: str) -> str | None:
+    """Returns what the program has against a case; nothing is integrated and nothing written for good."""
+    with tempfile.TemporaryDirectory() as folder:
+        case = Path(folder) / "case.nml"
+        case.write_text(text, encoding="utf-8")
+        # Programs read and check everything before they write; a folder below a file ends them there.
+        command = [program, case.name, "--out", f"{case.name}/none", "--quiet"]
+        done = subprocess.run(
+            command,
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            env=os.environ | ONE_THREAD,
+            check=False,
+        )
+    said = last_line(done.stderr, done.returncode)
+    return None if f"{case.name}/none/" in said else said
+
+
+def last_line(text: str, code: int) -> str:
+    """Returns the last line of what a program said, or how it ended if it said nothing."""
+    lines = text.strip().splitlines()
+    if lines:
+        return lines[-1].strip()
+    return f"ended by signal {-code}" if code < 0 else f"exit code {code}"
+
+
+def _fpm() -> str | None:
+    """Returns where fpm is: in .venv, or on the PATH."""
+    own = ROOT / ".venv" / "bin" / "fpm"
+    return str(own) if own.is_file() else shutil.which("fpm")
+
+
+def _built(app: str, fpm: str) -> Path:
+    """Builds a program of the repository if need be, and returns where fpm puts it."""
+    # fpm itself tells, for a build folder may hold programs made with several sets of flags.
+    command = [fpm, "run", app, "--profile", "release", "--runner", "echo"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise SweepError(
+            f"the build of {app} failed: {last_line(done.stdout + done.stderr, done.returncode)}"
+        )
+    return ROOT / done.stdout.strip().splitlines()[-1].strip()

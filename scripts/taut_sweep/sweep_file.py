@@ -1,0 +1,245 @@
+"""Sweep files: which entries of which case vary, and what is made of the results."""
+
+import re
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from taut_sweep.case_file import Entry, check_value
+from taut_sweep.files import SweepError
+from taut_sweep.values import KINDS, Row, values_of
+
+TAKES = ("max", "min", "abs-max", "max-change", "mean", "final")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Entries that vary together, the columns that name them, and their values, a row at a time."""
+
+    entries: list[Entry]
+    names: list[str]
+    rows: list[Row]
+    # Further entries, each a multiple of the first.
+    also: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number made of a column of a trajectory."""
+
+    name: str
+    column: str
+    take: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A figure of collected columns."""
+
+    name: str
+    x: str
+    y: str
+    z: str | None
+    lines: str | None
+    log: list[str]
+    where: dict[str, Any]
+    labels: dict[str, str]
+    title: str
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep file, read and checked."""
+
+    path: Path
+    app: str
+    case: Path
+    combine: str
+    checkpoint: float | None
+    fixed: dict[str, Any]
+    parameters: list[Parameter]
+    quantities: list[Quantity]
+    trajectories: list[str]
+    plots: list[Plot]
+
+    @property
+    def name(self) -> str:
+        """The sweep's name, which is its file's."""
+        return self.path.stem
+
+    @property
+    def columns(self) -> list[str]:
+        """The names of the parameters' columns."""
+        return [name for parameter in self.parameters for name in parameter.names]
+
+
+def read(path: Path) -> Sweep:
+    """Reads a sweep file; every complaint names the file."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SweepError(f"{path}: the sweep file cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SweepError(f"{path}: {error}") from None
+    try:
+        return _sweep(path, table)
+    except SweepError as error:
+        raise SweepError(f"{path}: {error}") from None
+
+
+def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
+    """Makes a sweep of the file's table."""
+    keys = ("case", "app", "combine", "checkpoint", "fixed", "parameter", "collect", "plot")
+    _known(table, keys, "the sweep file")
+    case = path.parent / _take(table, "case", str, "the sweep file")
+    if not case.is_file():
+        raise SweepError(f"case: there is no file {case}")
+    combine = _take(table, "combine", str, "the sweep file", "grid")
+    if combine not in ("grid", "zip"):
+        raise SweepError(f"combine = '{combine}' is neither 'grid' nor 'zip'")
+    checkpoint = _take(table, "checkpoint", float, "the sweep file", None)
+    if checkpoint is not None and not checkpoint > 0:
+        raise SweepError("checkpoint needs a number of seconds greater than zero")
+    fixed = _take(table, "fixed", dict, "the sweep file", {})
+    for entry, value in fixed.items():
+        Entry.read(entry)
+        check_value(value)
+    blocks = _blocks(table, "parameter")
+    if not blocks:
+        raise SweepError("there is no [[parameter]]; give at least one")
+    parameters = [_parameter(block, f"[[parameter]] {i}", path) for i, block in enumerate(blocks, start=1)]
+    names = [name for parameter in parameters for name in parameter.names]
+    for name in names:
+        if names.count(name) > 1 or name in ("run", "method"):
+            raise SweepError(f"the name '{name}' of a parameter is taken; give another with 'name'")
+    if combine == "zip" and len({len(parameter.rows) for parameter in parameters}) > 1:
+        lengths = ", ".join(f"{parameter.names[0]} {len(parameter.rows)}" for parameter in parameters)
+        raise SweepError(f"combine = 'zip' needs equally many values of all parameters; there are {lengths}")
+    quantities, trajectories = _collect(_take(table, "collect", dict, "the sweep file", {}))
+    return Sweep(
+        path=path,
+        app=_take(table, "app", str, "the sweep file", path.resolve().parent.name),
+        case=case,
+        combine=combine,
+        checkpoint=checkpoint,
+        fixed=fixed,
+        parameters=parameters,
+        quantities=quantities,
+        trajectories=trajectories,
+        plots=[_plot(block, f"[[plot]] {i}") for i, block in enumerate(_blocks(table, "plot"), start=1)],
+    )
+
+
+def _parameter(block: dict[str, Any], where: str, path: Path) -> Parameter:
+    """Reads a [[parameter]]."""
+    several = "entries" in block
+    keys = ("entries", "names") if several else ("entry", "name", "also")
+    _known(block, (*keys, *KINDS), where)
+    kinds = [kind for kind in KINDS if kind in block]
+    if len(kinds) != 1:
+        raise SweepError(f"{where} needs one of {', '.join(KINDS)}")
+    if several:
+        texts = _texts(block, "entries", where)
+        names = _texts(block, "names", where) if "names" in block else texts
+        if len(names) != len(texts) or not texts:
+            raise SweepError(f"{where}: 'names' needs one name an entry")
+        also = {}
+    else:
+        texts = [_take(block, "entry", str, where)]
+        names = [_take(block, "name", str, where, texts[0])]
+        also = _take(block, "also", dict, where, {})
+        also = {entry: _take(also, entry, float, f"{where}.also") for entry in also}
+    for text in also:
+        Entry.read(text)
+    try:
+        rows = values_of(kinds[0], block[kinds[0]], len(texts), path.parent)
+    except SweepError as error:
+        raise SweepError(f"{where}: {error}") from None
+    if any(factor != 1 for factor in also.values()) and any(
+        isinstance(row[0], bool) or not isinstance(row[0], int | float) for row in rows
+    ):
+        raise SweepError(f"{where}: 'also' multiplies numbers alone")
+    return Parameter([Entry.read(text) for text in texts], names, rows, also)
+
+
+def _collect(table: dict[str, Any]) -> tuple[list[Quantity], list[str]]:
+    """Reads [collect]: the columns of trajectories to be joined, and quantities made of columns."""
+    quantities = []
+    for name, spec in table.items():
+        if name == "trajectories":
+            continue
+        where = f"[collect] {name}"
+        if not isinstance(spec, dict):
+            raise SweepError(f"{where} needs a table with column, take, from, to")
+        _known(spec, ("column", "take", "from", "to"), where)
+        take = _take(spec, "take", str, where)
+        if take not in TAKES:
+            raise SweepError(f"{where}: take = '{take}' is not known; there are {', '.join(TAKES)}")
+        start = _take(spec, "from", float, where, float("-inf"))
+        end = _take(spec, "to", float, where, float("inf"))
+        quantities.append(Quantity(name, _take(spec, "column", str, where), take, start, end))
+    return quantities, _texts(table, "trajectories", "[collect]") if "trajectories" in table else []
+
+
+def _plot(block: dict[str, Any], where: str) -> Plot:
+    """Reads a [[plot]]."""
+    _known(block, ("name", "x", "y", "z", "lines", "log", "where", "labels", "title"), where)
+    name = _take(block, "name", str, where)
+    if not re.fullmatch(r"[\w.-]+", name):
+        raise SweepError(f"{where}: name = '{name}' must be fit for a file: letters, digits, - and _")
+    z, lines = (_take(block, key, str, where, None) for key in ("z", "lines"))
+    if z and lines:
+        raise SweepError(f"{where} has 'lines' and 'z'; a map has no lines")
+    return Plot(
+        name=name,
+        x=_take(block, "x", str, where),
+        y=_take(block, "y", str, where),
+        z=z,
+        lines=lines,
+        log=_texts(block, "log", where) if "log" in block else [],
+        where=_take(block, "where", dict, where, {}),
+        labels=_take(block, "labels", dict, where, {}),
+        title=_take(block, "title", str, where, ""),
+    )
+
+
+def _known(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
+    """Refuses keys that are not known."""
+    for key in table:
+        if key not in keys:
+            raise SweepError(f"{where} has no key '{key}'; it has {', '.join(keys)}")
+
+
+NEEDED = object()
+WORDS = {str: "a text", float: "a number", dict: "a table"}
+
+
+def _take(table: dict[str, Any], key: str, kind: type, where: str, default: Any = NEEDED) -> Any:
+    """Returns a value of a kind; without a default it is needed."""
+    if key not in table:
+        if default is NEEDED:
+            raise SweepError(f"{where} needs '{key}'")
+        return default
+    value = table[key]
+    if not isinstance(value, int | float if kind is float else kind) or isinstance(value, bool):
+        raise SweepError(f"{where}: '{key}' must be {WORDS[kind]}")
+    return value
+
+
+def _texts(table: dict[str, Any], key: str, where: str) -> list[str]:
+    """Returns a list of texts."""
+    value = table.get(key)
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        raise SweepError(f"{where}: '{key}' must be a list of texts")
+    return value
+
+
+def _blocks(table: dict[str, Any], key: str) -> list[dict[str, Any]]:
+    """Returns the tables of an array of tables."""
+    value = table.get(key, [])
+    if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+        raise SweepError(f"write [[{key}]], with two brackets")
+    return value
