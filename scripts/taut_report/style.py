@@ -84,6 +84,9 @@ METHODS: dict[str, MethodStyle] = {
     "present": MethodStyle("present", "#0072B2", "solid", "D", 2.0, layer=2),
     "penalty": MethodStyle("penalty", "#E69F00", (0, (4, 1, 1, 1, 1, 1)), "P", layer=7),
     "yu-chen": MethodStyle("Yu–Chen", "#56B4E9", (0, (8, 2)), "X", layer=7),
+    "coordinate-projection": MethodStyle(
+        "coordinate projection", "#7F3C8D", (0, (2, 1, 6, 1)), "h", 1.4, layer=3
+    ),
 }
 
 

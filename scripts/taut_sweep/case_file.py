@@ -16,7 +16,7 @@ ENTRY = re.compile(r"(?P<group>\w+)(\[(?P<which>[^][]+)\])?\.(?P<name>\w+)(\((?P
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry: `swing.force(2)`; `method[2].alpha` or `method[present].alpha` where there are several groups."""
+    """An entry: `swing.force(2)`; `method[2].alpha` or `method[present].alpha` where there are several."""
 
     text: str
     group: str

@@ -20,6 +20,8 @@ from taut_sweep.sweep_file import Quantity
 TABLE = "table.csv"
 TIMING = "timing.csv"
 TRAJECTORIES = "trajectories.csv"
+# What the timing says of a run besides.
+RECORDED = ("host", "start", "end", "attempts")
 # Not in the table: the name is the same in every run, and the time is different in each.
 APART = ("case", "wall_seconds")
 
@@ -33,7 +35,7 @@ def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
         folder = store.folder(run)
         record = record_of(folder, run)
         if record and record["state"] in ("done", "failed") and (source := _summary(folder)):
-            found.append((run, folder, record, source))
+            found.append((run, folder, [record[key] for key in RECORDED], source))
     missing = len(plan.runs) - len(found)
     if missing and not partial:
         raise SweepError(
@@ -50,13 +52,13 @@ def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
             trajectories = stack.enter_context(_writer(paths[-1]))
             trajectories.writerow(["run", *sweep.columns, "method", "t", *sweep.trajectories])
         header: list[str] | None = None
-        for run, folder, record, source in found:
+        for run, folder, times, source in found:
             names, rows = _read(source)
             if header is None:
                 header = names
                 kept = [name for name in names if name not in APART]
                 table.writerow(["run", *sweep.columns, *kept, *(q.name for q in sweep.quantities)])
-                timing.writerow(["run", "method", "wall_seconds", "host", "start", "end", "attempts"])
+                timing.writerow(["run", "method", "wall_seconds", *RECORDED])
             elif names != header:
                 raise SweepError(f"{source}: the columns are other than those of the runs before")
             parameters = [run.index, *map(plain, run.values)]
@@ -66,7 +68,6 @@ def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
                 trajectory = Trajectory(folder / RESULTS / f"{method}.csv")
                 numbers = [trajectory.quantity(quantity) for quantity in sweep.quantities]
                 table.writerow([*parameters, *(row[name] for name in kept), *numbers])
-                times = [record[key] for key in ("host", "start", "end", "attempts")]
                 timing.writerow([run.index, method, row.get("wall_seconds", ""), *times])
                 if trajectories:
                     for line in trajectory.rows(sweep.trajectories):

@@ -15,6 +15,7 @@ from taut_sweep.plan import Plan
 from taut_sweep.store import STATES, Store, state_of
 
 SHOWN = 5
+FORMATS = ("png", "pdf", "svg")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -94,6 +95,16 @@ def collect(asked: argparse.Namespace) -> int:
     return 0
 
 
+def plot(asked: argparse.Namespace) -> int:
+    """Draws the figures of the sweep file from the table alone."""
+    from taut_sweep.plot import draw_all
+
+    sweep = sweep_file.read(asked.sweep)
+    for path in draw_all(sweep, Store(asked.results, sweep.name).root, [asked.format]):
+        print(path)
+    return 0
+
+
 def prepared(asked: argparse.Namespace) -> tuple[Plan, Store, programs.Program]:
     """Returns the plan with the program that the runs were made with."""
     sweep = sweep_file.read(asked.sweep)
@@ -167,6 +178,10 @@ def _parser() -> argparse.ArgumentParser:
     add(status, "count the runs that are done, running, failed, missing")
     command = add(collect, "write the tables of all runs")
     command.add_argument("--partial", action="store_true", help="leave out runs that have no results")
+    command = add(plot, "draw the figures of the sweep file")
+    command.add_argument(
+        "--format", default="png", choices=FORMATS, metavar="KIND", help=f"{', '.join(FORMATS)}; default: png"
+    )
     command = add(work, "run some runs, one after the other (a task of a cluster's job)")
     command.add_argument(
         "--runs", type=_slice, required=True, metavar="FIRST:LAST", help="which runs, both included"

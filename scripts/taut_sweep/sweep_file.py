@@ -10,6 +10,7 @@ from taut_sweep.case_file import Entry, check_value
 from taut_sweep.files import SweepError
 from taut_sweep.values import KINDS, Row, values_of
 
+PLOT_KEYS = ("name", "title", "x", "y", "z", "lines", "points", "contours", "log", "where", "labels")
 TAKES = ("max", "min", "abs-max", "max-change", "mean", "final")
 
 
@@ -44,6 +45,8 @@ class Plot:
     y: str
     z: str | None
     lines: str | None
+    points: bool
+    contours: list[float]
     log: list[str]
     where: dict[str, Any]
     labels: dict[str, str]
@@ -142,8 +145,8 @@ def _parameter(block: dict[str, Any], where: str, path: Path) -> Parameter:
     if len(kinds) != 1:
         raise SweepError(f"{where} needs one of {', '.join(KINDS)}")
     if several:
-        texts = _texts(block, "entries", where)
-        names = _texts(block, "names", where) if "names" in block else texts
+        texts = _list(block, "entries", str, where)
+        names = _list(block, "names", str, where) or texts
         if len(names) != len(texts) or not texts:
             raise SweepError(f"{where}: 'names' needs one name an entry")
         also = {}
@@ -181,12 +184,12 @@ def _collect(table: dict[str, Any]) -> tuple[list[Quantity], list[str]]:
         start = _take(spec, "from", float, where, float("-inf"))
         end = _take(spec, "to", float, where, float("inf"))
         quantities.append(Quantity(name, _take(spec, "column", str, where), take, start, end))
-    return quantities, _texts(table, "trajectories", "[collect]") if "trajectories" in table else []
+    return quantities, _list(table, "trajectories", str, "[collect]")
 
 
 def _plot(block: dict[str, Any], where: str) -> Plot:
     """Reads a [[plot]]."""
-    _known(block, ("name", "x", "y", "z", "lines", "log", "where", "labels", "title"), where)
+    _known(block, PLOT_KEYS, where)
     name = _take(block, "name", str, where)
     if not re.fullmatch(r"[\w.-]+", name):
         raise SweepError(f"{where}: name = '{name}' must be fit for a file: letters, digits, - and _")
@@ -199,7 +202,9 @@ def _plot(block: dict[str, Any], where: str) -> Plot:
         y=_take(block, "y", str, where),
         z=z,
         lines=lines,
-        log=_texts(block, "log", where) if "log" in block else [],
+        points=_take(block, "points", bool, where, False),
+        contours=_list(block, "contours", int | float, where),
+        log=_list(block, "log", str, where),
         where=_take(block, "where", dict, where, {}),
         labels=_take(block, "labels", dict, where, {}),
         title=_take(block, "title", str, where, ""),
@@ -214,7 +219,7 @@ def _known(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
 
 
 NEEDED = object()
-WORDS = {str: "a text", float: "a number", dict: "a table"}
+WORDS = {str: "a text", float: "a number", bool: "true or false", dict: "a table"}
 
 
 def _take(table: dict[str, Any], key: str, kind: type, where: str, default: Any = NEEDED) -> Any:
@@ -224,16 +229,17 @@ def _take(table: dict[str, Any], key: str, kind: type, where: str, default: Any 
             raise SweepError(f"{where} needs '{key}'")
         return default
     value = table[key]
-    if not isinstance(value, int | float if kind is float else kind) or isinstance(value, bool):
+    logical = isinstance(value, bool)
+    if not isinstance(value, int | float if kind is float else kind) or logical != (kind is bool):
         raise SweepError(f"{where}: '{key}' must be {WORDS[kind]}")
     return value
 
 
-def _texts(table: dict[str, Any], key: str, where: str) -> list[str]:
-    """Returns a list of texts."""
-    value = table.get(key)
-    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-        raise SweepError(f"{where}: '{key}' must be a list of texts")
+def _list(table: dict[str, Any], key: str, kind: Any, where: str) -> list[Any]:
+    """Returns a list of texts or numbers; an empty one if there is none."""
+    value = table.get(key, [])
+    if not isinstance(value, list) or not all(isinstance(item, kind) for item in value):
+        raise SweepError(f"{where}: '{key}' must be a list of {'texts' if kind is str else 'numbers'}")
     return value
 
 

@@ -1,0 +1,242 @@
+"""Figures of a sweep, drawn from its table alone: lines, points, or a map over two parameters."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib import colors, ticker
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from taut_report import style
+from taut_report.data import Array
+
+from taut_sweep.collect import TABLE
+from taut_sweep.files import SweepError
+from taut_sweep.sweep_file import Plot, Sweep
+
+# Light yellow is lost on white paper.
+SHADES = colors.LinearSegmentedColormap.from_list(
+    "shades", plt.get_cmap("viridis")(np.linspace(0.0, 0.88, 256))
+)
+MAP = plt.get_cmap("viridis")
+ENDED = ("reached-end", "stopped-by-event", "")
+# Without dates and versions the same table makes the same files.
+METADATA = {
+    "pdf": {"CreationDate": None, "Creator": "taut", "Producer": None},
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": "taut"},
+}
+
+
+class Table:
+    """The rows of the table that a figure is drawn from."""
+
+    def __init__(self, path: Path, rows: list[dict[str, str]], left_out: int) -> None:
+        """Knows its rows and how many were left out because they ended early."""
+        self._path = path
+        self.rows = rows
+        self.left_out = left_out
+
+    def text(self, name: str) -> list[str]:
+        """Returns a column as it is written."""
+        if self.rows and name not in self.rows[0]:
+            raise SweepError(f"{self._path}: no column '{name}'; it has {', '.join(self.rows[0])}")
+        return [row[name] for row in self.rows]
+
+    def numbers(self, name: str) -> Array:
+        """Returns a column of numbers; what is empty is not a number."""
+        try:
+            return np.array([float(text) if text else np.nan for text in self.text(name)])
+        except ValueError as error:
+            raise SweepError(f"{self._path}: column '{name}': {error}") from None
+
+    def only(self, rows: list[dict[str, str]]) -> "Table":
+        """Returns a table of some of the rows."""
+        return Table(self._path, rows, 0)
+
+
+def draw_all(sweep: Sweep, folder: Path, formats: list[str]) -> list[Path]:
+    """Draws the figures of a sweep and returns their paths."""
+    if not sweep.plots:
+        raise SweepError(f"{sweep.path} has no [[plot]]")
+    if not (folder / TABLE).is_file():
+        raise SweepError(f"{folder / TABLE} is missing: scripts/sweep collect {sweep.path} first")
+    paths = []
+    for plot in sweep.plots:
+        style.use()
+        plt.rcParams["svg.hashsalt"] = "taut"
+        table = _read(folder / TABLE, plot)
+        figure = _map(plot, table) if plot.z else _lines(plot, table, sweep)
+        for kind in formats:
+            paths.append(folder / f"{plot.name}.{kind}")
+            figure.savefig(paths[-1], metadata=METADATA[kind], bbox_inches="tight", pad_inches=0.08)
+        plt.close(figure)
+    return paths
+
+
+def _read(path: Path, plot: Plot) -> Table:
+    """Returns the rows that a figure shows."""
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for name, value in plot.where.items():
+        if rows and name not in rows[0]:
+            raise SweepError(f"{path}: no column '{name}'; it has {', '.join(rows[0])}")
+        wanted = value if isinstance(value, list) else [value]
+        rows = [row for row in rows if any(_same(row[name], one) for one in wanted)]
+    ended = [row for row in rows if row.get("status", "") in ENDED]
+    if not ended:
+        raise SweepError(f"{path}: no row to draw for '{plot.name}'")
+    return Table(path, ended, len(rows) - len(ended))
+
+
+def _same(text: str, value: Any) -> bool:
+    """Returns whether an entry of the table is a value of the sweep file."""
+    try:
+        return float(text) == float(value)
+    except (TypeError, ValueError):
+        return text == str(value)
+
+
+def _figure(plot: Plot, table: Table, width: float) -> tuple[Figure, Axes]:
+    """Returns an empty figure with title, labels and scales."""
+    figure, axes = plt.subplots(figsize=(width, 4.1), layout="constrained")
+    axes.set_title(plot.title)
+    axes.set_xlabel(plot.labels.get("x", plot.x))
+    axes.set_ylabel(plot.labels.get("y", plot.y))
+    if "x" in plot.log:
+        axes.set_xscale("log")
+    if "y" in plot.log:
+        axes.set_yscale("log")
+    if table.left_out:
+        text = f"{table.left_out} that ended early are left out"
+        axes.annotate(
+            text, (0, 0), (4, 4), "axes fraction", textcoords="offset points", fontsize=8, color=style.GRAY
+        )
+    return figure, axes
+
+
+def _values(plot: Plot, axis: str, table: Table, name: str) -> Array:
+    """Returns a column for an axis: a logarithmic one shows magnitudes."""
+    values = table.numbers(name)
+    return np.where(values == 0, np.nan, np.abs(values)) if axis in plot.log else values
+
+
+def _lines(plot: Plot, table: Table, sweep: Sweep) -> Figure:
+    """Draws one line for each value of a second column, or for each method."""
+    figure, axes = _figure(plot, table, 6.6)
+    by = plot.lines or ("method" if "method" in table.rows[0] else None)
+    groups: dict[str, list[dict[str, str]]] = {}
+    for row, key in zip(table.rows, table.text(by) if by else [""] * len(table.rows), strict=True):
+        groups.setdefault(key, []).append(row)
+    shades = _shades(list(groups)) if by != "method" else {}
+    labels = []
+    for key, rows in groups.items():
+        part = table.only(rows)
+        x, y = _values(plot, "x", part, plot.x), _values(plot, "y", part, plot.y)
+        if plot.x in sweep.columns:
+            # Over a parameter a line runs from left to right; over a result it follows the runs.
+            order = np.argsort(x, kind="stable")
+            x, y = x[order], y[order]
+            if not plot.points and (np.diff(x) == 0).any():
+                raise SweepError(
+                    f"'{plot.name}': several rows have the same {plot.x}; "
+                    "choose with where or lines, or draw points = true"
+                )
+        if by == "method":
+            look = style.method_style(key)
+            keys = look.line(len(x)) | {"markevery": 1}
+            label = look.label
+        else:
+            keys = {"color": shades[key], "marker": "o", "markersize": 3.2, "linewidth": 1.4}
+            label = key
+        if plot.points:
+            keys |= {"linestyle": "none", "markersize": 4}
+        axes.plot(x, y, label=label, **keys)
+        labels.append((x, y, label, keys["color"]))
+    if len(groups) > 1:
+        _name(axes, plot, labels, by or "")
+    return figure
+
+
+def _shades(keys: list[str]) -> dict[str, Any]:
+    """Returns a color for each line: light to dark along numbers, as they grow."""
+    try:
+        order = sorted(keys, key=float)
+    except ValueError:
+        order = keys
+    return {key: SHADES(1 - i / max(len(order) - 1, 1)) for i, key in enumerate(order)}
+
+
+def _name(axes: Axes, plot: Plot, labels: list[tuple[Array, Array, str, Any]], by: str) -> None:
+    """Writes the lines' names: methods in a legend, numbers at the ends of their lines."""
+    if by == "method" or plot.points or len(labels) > 14:
+        axes.legend(loc="best", title=plot.labels.get("lines"), handlelength=3.2)
+        return
+    axes.figure.canvas.draw()
+    ends = [(x[np.isfinite(y)][-1:], y[np.isfinite(y)][-1:]) for x, y, _, _ in labels]
+    ends = [(x[0], y[0]) if x.size else (np.nan, np.nan) for x, y in ends]
+    heights = [axes.transAxes.inverted().transform(axes.transData.transform(end))[1] for end in ends]
+    heights = style.spread([h if np.isfinite(h) else 0.0 for h in heights], 0.05, (0.0, 1.0))
+    for height, (_, _, label, color) in zip(heights, labels, strict=True):
+        axes.annotate(label, (1.01, height), xycoords="axes fraction", color=color, va="center", fontsize=9)
+    axes.annotate(
+        plot.labels.get("lines", plot.lines or ""),
+        (1.01, max(heights) + 0.06),
+        xycoords="axes fraction",
+        va="center",
+        fontsize=9,
+        color=style.GRAY,
+    )
+
+
+def _map(plot: Plot, table: Table) -> Figure:
+    """Draws a column as colors over two others: cells of a grid with contours, or the samples as dots."""
+    figure, axes = _figure(plot, table, 6.8)
+    x, y = (_values(plot, axis, table, name) for axis, name in (("x", plot.x), ("y", plot.y)))
+    z = _values(plot, "z", table, str(plot.z))
+    if not np.isfinite(z).any():
+        raise SweepError(f"'{plot.name}': no number in '{plot.z}'")
+    low, high = np.nanmin(z), np.nanmax(z)
+    norm = colors.LogNorm(low, high) if "z" in plot.log else colors.Normalize(low, high)
+    xs, ys = np.unique(x), np.unique(y)
+    if len(xs) > 1 and len(ys) > 1 and len(xs) * len(ys) <= 4 * len(z):
+        grid = np.full((len(ys), len(xs)), np.nan)
+        places = np.searchsorted(ys, y), np.searchsorted(xs, x)
+        if len(set(zip(*map(list, places), strict=True))) < len(z):
+            raise SweepError(
+                f"'{plot.name}': several rows have the same {plot.x} and {plot.y}; choose with where"
+            )
+        grid[places] = z
+        edges = (_edges(xs, "x" in plot.log), _edges(ys, "y" in plot.log))
+        shown = axes.pcolormesh(*edges, grid, cmap=MAP, norm=norm, rasterized=True)
+        if plot.contours:
+            levels = [level for level in plot.contours if low < level < high]
+            lines = axes.contour(xs, ys, grid, levels=levels, colors="white", linewidths=0.9)
+            axes.clabel(lines, fmt=lambda level: f"{level:g}", fontsize=8)
+    else:
+        shown = axes.scatter(x, y, c=z, cmap=MAP, norm=norm, s=26, edgecolors="white", linewidths=0.4)
+    axes.grid(False)
+    bar = figure.colorbar(shown, ax=axes, label=plot.labels.get("z", plot.z), pad=0.02)
+    bar.outline.set_visible(False)
+    for axis in (axes.xaxis, axes.yaxis):
+        _plain_ticks(axis)
+    return figure
+
+
+def _plain_ticks(axis: Any) -> None:
+    """Writes the ticks of less than two decades as plain numbers."""
+    low, high = axis.get_view_interval()
+    if axis.get_scale() == "log" and high < 100 * low:
+        axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+        axis.set_minor_formatter(ticker.NullFormatter())
+
+
+def _edges(centers: Array, log: bool) -> Array:
+    """Returns the edges of cells around centers."""
+    at = np.log(centers) if log else centers
+    middle = (at[1:] + at[:-1]) / 2
+    edges = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
+    return np.exp(edges) if log else edges
