@@ -17,10 +17,8 @@ from taut_sweep.files import SweepError
 from taut_sweep.sweep_file import Plot, Sweep
 
 # Light yellow is lost on white paper.
-SHADES = colors.LinearSegmentedColormap.from_list(
-    "shades", plt.get_cmap("viridis")(np.linspace(0.0, 0.88, 256))
-)
 MAP = plt.get_cmap("viridis")
+SHADES = colors.LinearSegmentedColormap.from_list("shades", MAP(np.linspace(0.0, 0.88, 256)))
 ENDED = ("reached-end", "stopped-by-event", "")
 # Without dates and versions the same table makes the same files.
 METADATA = {
@@ -150,14 +148,24 @@ def _lines(plot: Plot, table: Table, sweep: Sweep) -> Figure:
             label = look.label
         else:
             keys = {"color": shades[key], "marker": "o", "markersize": 3.2, "linewidth": 1.4}
-            label = key
+            label = _short(key)
         if plot.points:
             keys |= {"linestyle": "none", "markersize": 4}
         axes.plot(x, y, label=label, **keys)
         labels.append((x, y, label, keys["color"]))
+    for axis in (axes.xaxis, axes.yaxis):
+        _plain_ticks(axis)
     if len(groups) > 1:
         _name(axes, plot, labels, by or "")
     return figure
+
+
+def _short(text: str) -> str:
+    """Returns a number with few digits, and any other text as it is."""
+    try:
+        return f"{float(text):g}"
+    except ValueError:
+        return text
 
 
 def _shades(keys: list[str]) -> dict[str, Any]:
