@@ -186,7 +186,7 @@ def _name(axes: Axes, plot: Plot, labels: list[tuple[Array, Array, str, Any]], b
     ends = [(x[np.isfinite(y)][-1:], y[np.isfinite(y)][-1:]) for x, y, _, _ in labels]
     ends = [(x[0], y[0]) if x.size else (np.nan, np.nan) for x, y in ends]
     heights = [axes.transAxes.inverted().transform(axes.transData.transform(end))[1] for end in ends]
-    heights = style.spread([h if np.isfinite(h) else 0.0 for h in heights], 0.05, (0.0, 1.0))
+    heights = style.spread([h if np.isfinite(h) else 0.0 for h in heights], 0.05, (0.0, 0.94))
     for height, (_, _, label, color) in zip(heights, labels, strict=True):
         axes.annotate(label, (1.01, height), xycoords="axes fraction", color=color, va="center", fontsize=9)
     axes.annotate(
