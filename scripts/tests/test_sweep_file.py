@@ -152,7 +152,10 @@ WRONG = {
     "step away": (START + ONE + "range = { start = 1, stop = 2, step = -0.5 }", "1 to 2"),
     "log of zero": (START + ONE + "log_range = { start = 0, stop = 2, count = 3 }", "positive"),
     "unequal zip": (
-        START + 'combine = "zip"\n' + ONE + 'list = [1]\n[[parameter]]\nentry = "swing.elements"\nlist = [1, 2]',
+        START
+        + 'combine = "zip"\n'
+        + ONE
+        + 'list = [1]\n[[parameter]]\nentry = "swing.elements"\nlist = [1, 2]',
         "integration.rtol 1",
         "swing.elements 2",
     ),
@@ -169,7 +172,11 @@ WRONG = {
     "infinite": (START + ONE + "list = [inf]", "finite"),
     "no table": (START + ONE + 'table = { file = "none.csv", columns = ["a"] }', "none.csv"),
     "no column": (START + ONE + 'table = { file = "t.csv", columns = ["b"] }', "t.csv", "'b'", "it has a"),
-    "unknown take": (START + ONE + 'list = [1]\n[collect]\nq = { column = "x", take = "most" }', "most", "max"),
+    "unknown take": (
+        START + ONE + 'list = [1]\n[collect]\nq = { column = "x", take = "most" }',
+        "most",
+        "max",
+    ),
     "no TOML": (START + ONE + "list = [1", "sweep.toml"),
 }
 

@@ -1,0 +1,323 @@
+"""Sweeps that run: nothing is lost, nothing is doubled, and what was interrupted ends with the same table."""
+
+import csv
+import fcntl
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).resolve().parents[1] / "sweep"
+Sweep = Callable[..., subprocess.CompletedProcess[str]]
+
+CASE = """&pendulum mass = 1.0 /
+&integration t_end = 0.5 /
+&output dt = 0.1 /
+&method name = "present" /
+&method name = "baseline" /
+"""
+MASSES = 'case = "base.nml"\napp = "{app}"\n[[parameter]]\nname = "mass"\nentry = "pendulum.mass"\n'
+
+# Programs in the place of the pendulum, for what it cannot be made to do on demand.
+SIGNALED = 'case "$*" in *none*) echo "case.nml/none/" >&2; exit 1;; esac\nkill -SEGV $$\n'
+CHECKPOINTS = """case "$*" in *none*) echo "case.nml/none/" >&2; exit 1;; esac
+mkdir -p case
+case "$*" in
+  *--restart*)
+    grep -q good case/checkpoint.taut || { echo "x: case/checkpoint.taut: damaged" >&2; exit 1; }
+    rm case/checkpoint.taut; how=continued;;
+  *) if [ ! -e begun ]; then touch begun; echo "$STATE" >case/checkpoint.taut; exit 75; fi; how=anew;;
+esac
+printf 'case,method,status,wall_seconds\\ncase,%s,reached-end,1.0\\n' $how >case/summary.csv
+"""
+
+
+def program(folder: Path, name: str, text: str) -> None:
+    path = folder / name
+    path.write_text(f'#!/bin/sh\n[ "$1" = --version ] && {{ echo "taut test"; exit; }}\n{text}')
+    path.chmod(0o755)
+
+
+@pytest.fixture
+def environment(pendulum: Path) -> dict[str, str]:
+    return os.environ | {"TAUT_BIN": str(pendulum.parent)}
+
+
+@pytest.fixture
+def sweep(environment: dict[str, str], tmp_path: Path) -> Sweep:
+    """Runs scripts/sweep on sweep.toml in a folder of its own."""
+
+    def command(name: str, *arguments: str, **more: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, SCRIPT, name, "sweep.toml", *arguments],
+            cwd=tmp_path,
+            env=environment | more,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+
+    return command
+
+
+def write(folder: Path, values: str, more: str = "", case: str = CASE, app: str = "pendulum") -> None:
+    (folder / "base.nml").write_text(case)
+    (folder / "sweep.toml").write_text(MASSES.format(app=app) + values + "\n" + more)
+
+
+def home(folder: Path) -> Path:
+    return folder / "results" / "sweeps" / "sweep"
+
+
+def table(folder: Path, name: str = "table.csv") -> list[dict[str, str]]:
+    with (home(folder) / name).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def records(folder: Path) -> list[dict[str, object]]:
+    return [json.loads(path.read_text()) for path in sorted(home(folder).glob("runs/*/record.json"))]
+
+
+def assert_refused(done: subprocess.CompletedProcess[str], *parts: str, code: int = 1) -> None:
+    assert done.returncode == code, done.stderr
+    lines = done.stderr.splitlines()
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("sweep: ")
+    for part in parts:
+        assert part in lines[0]
+
+
+def wait_until(happened: Callable[[], object]) -> None:
+    deadline = time.monotonic() + 60
+    while not happened():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_a_sweep_from_plan_to_table(sweep: Sweep, tmp_path: Path) -> None:
+    collect = 'trajectories = ["x"]\ntop = { column = "x", take = "max", from = 0.2 }\n'
+    collect += 'end = { column = "x", take = "final" }\nmiddle = { column = "t", take = "mean" }\n'
+    write(tmp_path, "range = { start = 1, stop = 7, step = 1 }", "[collect]\n" + collect)
+    plan = sweep("plan")
+    assert plan.returncode == 0 and "7 runs" in plan.stdout and not home(tmp_path).exists()
+    assert_refused(sweep("status"), "no runs", "scripts/sweep run")
+    done = sweep("run")
+    assert done.returncode == 0 and done.stderr == "" and "7 runs in" in done.stdout
+    assert "7 done, 0 running, 0 failed, 0 missing" in sweep("status").stdout
+    before = {path: path.stat().st_mtime_ns for path in home(tmp_path).glob("runs/*/*")}
+    assert sweep("run").returncode == 0
+    assert {path: path.stat().st_mtime_ns for path in home(tmp_path).glob("runs/*/*")} == before
+    assert sweep("collect").returncode == 0
+    rows = table(tmp_path)
+    assert [(row["run"], row["mass"], row["method"]) for row in rows] == [
+        (str(i), str(i), method) for i in range(1, 8) for method in ("present", "baseline")
+    ]
+    assert list(rows[0])[:3] == ["run", "mass", "method"] and "wall_seconds" not in rows[0]
+    assert all(row["status"] == "reached-end" and float(row["middle"]) == 0.25 for row in rows)
+    # The pendulum starts level: it falls as a quarter of a full swing, whatever its mass.
+    ends = [float(row["end"]) for row in rows]
+    assert ends == pytest.approx([ends[0]] * 14, abs=1e-4)
+    assert 0 < ends[0] < float(rows[0]["top"]) < 1
+    assert list(table(tmp_path, "timing.csv")[0])[:3] == ["run", "method", "wall_seconds"]
+    long = table(tmp_path, "trajectories.csv")
+    assert len(long) == 7 * 2 * 6 and list(long[0]) == ["run", "mass", "method", "t", "x"]
+    (record, *_) = records(tmp_path)
+    assert record["parameters"] == {"mass": 1} and record["attempts"] == 1 and record["exit_code"] == 0
+    assert record["version"][0].startswith("taut ") and record["host"] and record["start"] <= record["end"]
+
+
+def test_runs_are_kept_when_the_sweep_changes(sweep: Sweep, tmp_path: Path) -> None:
+    write(tmp_path, "list = [1.0, 2.0, 3.0]")
+    assert sweep("run").returncode == 0
+    write(tmp_path, "list = [4.0, 3.0, 1.0, 3.0]")
+    assert "2 done, 0 running, 0 failed, 2 missing" not in sweep("status").stdout
+    assert "3 done, 0 running, 0 failed, 1 missing" in sweep("status").stdout
+    done = sweep("run")
+    assert done.returncode == 0 and "1 runs in" in done.stdout
+    names = sorted(path.name[:4] for path in home(tmp_path).glob("runs/*"))
+    assert names == ["0001", "0002", "0002", "0003"], "one of them is the 2.0 of before"
+    assert sweep("collect").returncode == 0
+    assert [row["mass"] for row in table(tmp_path)[::2]] == ["4.0", "3.0", "1.0", "3.0"]
+
+
+def test_a_thousand_runs_are_all_there_once(sweep: Sweep, tmp_path: Path) -> None:
+    write(tmp_path, "random = { count = 1000, seed = 1, uniform = [1, 2] }", case=CASE.replace("0.5", "0.01"))
+    assert sweep("run", "--jobs", "4").returncode == 0
+    assert sweep("collect").returncode == 0
+    rows = table(tmp_path)
+    assert [(int(row["run"]), row["method"]) for row in rows] == [
+        (i, method) for i in range(1, 1001) for method in ("present", "baseline")
+    ]
+    assert len({row["mass"] for row in rows}) == 1000
+    assert {record["attempts"] for record in records(tmp_path)} == {1}
+
+
+def test_killed_at_any_moment_it_ends_with_the_same_table(
+    sweep: Sweep, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    write(tmp_path, "range = { start = 1, stop = 60, step = 1 }", case=CASE.replace("0.5", "20"))
+    assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
+    undisturbed = (home(tmp_path) / "table.csv").read_bytes()
+    shutil.rmtree(home(tmp_path))
+    for count in (2, 11, 30):
+        process = subprocess.Popen(
+            [sys.executable, SCRIPT, "run", "sweep.toml"],
+            cwd=tmp_path,
+            env=environment,
+            stdout=subprocess.DEVNULL,
+        )
+        wait_until(lambda n=count: len(list(home(tmp_path).glob("runs/*/case/summary.csv"))) > n)
+        process.kill()
+        process.wait()
+        missing = sweep("collect")
+        assert_refused(missing, "of 60 runs have no results", "--partial")
+    assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
+    assert (home(tmp_path) / "table.csv").read_bytes() == undisturbed
+
+
+def test_ctrl_c_stops_cleanly(sweep: Sweep, tmp_path: Path, environment: dict[str, str]) -> None:
+    write(tmp_path, "list = [1.0, 2.0, 3.0]", case=CASE.replace("0.5", "1e5"))
+    command = [sys.executable, SCRIPT, "run", "sweep.toml", "--jobs", "2"]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    wait_until(lambda: len(list(home(tmp_path).glob("runs/*/case/*"))) >= 2)
+    assert "0 done, 2 running, 0 failed, 1 missing" in sweep("status").stdout
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said.splitlines() == ["sweep: stopped with 3 runs to go; go on with scripts/sweep run sweep.toml"]
+    assert "0 done, 0 running, 0 failed, 2 interrupted, 1 missing" in sweep("status").stdout
+
+
+def test_two_calls_at_once_share_the_work(sweep: Sweep, tmp_path: Path, environment: dict[str, str]) -> None:
+    write(tmp_path, "range = { start = 1, stop = 150, step = 1 }", case=CASE.replace("0.5", "5"))
+    command = [sys.executable, SCRIPT, "run", "sweep.toml"]
+    processes = [subprocess.Popen(command, cwd=tmp_path, env=environment) for _ in range(3)]
+    assert {process.wait(timeout=120) for process in processes} <= {0, 1}
+    assert "150 done, 0 running, 0 failed, 0 missing" in sweep("status").stdout
+    assert {record["attempts"] for record in records(tmp_path)} == {1}
+    assert sweep("collect").returncode == 0 and len(table(tmp_path)) == 300
+
+
+def test_a_run_in_other_hands_is_left_alone(sweep: Sweep, tmp_path: Path) -> None:
+    write(tmp_path, "list = [1.0, 2.0]")
+    assert sweep("run").returncode == 0
+    first = sorted(home(tmp_path).glob("runs/*"))[0]
+    (first / "record.json").unlink()
+    with (first / "lock").open("r+") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        assert_refused(sweep("run"), "1 runs are being run by another process")
+        assert not (first / "record.json").exists()
+    assert sweep("run").returncode == 0
+
+
+def test_a_slice_of_the_runs(sweep: Sweep, tmp_path: Path) -> None:
+    write(tmp_path, "list = [1.0, 2.0, 3.0, 4.0]")
+    assert_refused(sweep("work", "--runs", "1:2"), "no runs", "scripts/sweep run")
+    assert sweep("run").returncode == 0
+    shutil.rmtree(home(tmp_path) / "runs")
+    (home(tmp_path) / "runs").mkdir()
+    assert sweep("work", "--runs", "2:3").returncode == 0
+    assert "2 done, 0 running, 0 failed, 2 missing" in sweep("status").stdout
+    assert_refused(sweep("work", "--runs", "4:5"), "4:5", "1 to 4")
+
+
+def test_an_integration_that_ends_early_is_a_result_and_a_failure(sweep: Sweep, tmp_path: Path) -> None:
+    write(tmp_path, "list = [1.0, 2.0]", '[fixed]\n"integration.max_steps" = 2\n')
+    for attempt in (1, 2):
+        assert_refused(sweep("run"), "2 failed", "max_steps = 2")
+        assert [record["attempts"] for record in records(tmp_path)] == [attempt, attempt]
+    assert "0 done, 0 running, 2 failed, 0 missing" in sweep("status").stdout
+    assert sweep("collect").returncode == 0
+    assert [row["status"] for row in table(tmp_path)] == ["too-many-steps"] * 4
+
+
+def test_one_wrong_value_fails_alone(sweep: Sweep, tmp_path: Path) -> None:
+    write(tmp_path, "list = [1.0, -2.0, 3.0]")
+    assert_refused(sweep("run"), "1 failed", "0002-", "mass = -2")
+    assert_refused(sweep("collect"), "1 of 3 runs", "--partial")
+    assert sweep("collect", "--partial").returncode == 0
+    assert [row["run"] for row in table(tmp_path)] == ["1", "1", "3", "3"]
+
+
+def test_a_misspelt_entry_is_said_once_and_nothing_runs(sweep: Sweep, tmp_path: Path) -> None:
+    write(tmp_path, "list = [1.0, 2.0]", '[fixed]\n"pendulum.masss" = 1.0\n')
+    for command in ("plan", "run"):
+        assert_refused(sweep(command), "sweep.toml", "no entry masss", "mass,")
+    assert not home(tmp_path).exists()
+
+
+def test_a_program_that_crashes(sweep: Sweep, tmp_path: Path) -> None:
+    program(tmp_path, "crash", SIGNALED)
+    write(tmp_path, "list = [1.0, 2.0]", app="crash")
+    assert_refused(sweep("run", TAUT_BIN=str(tmp_path)), "2 failed", "signal 11")
+    assert [record["exit_code"] for record in records(tmp_path)] == [-11, -11]
+    assert_refused(sweep("run", TAUT_BIN=str(tmp_path / "none")), "none/crash", "TAUT_BIN")
+
+
+@pytest.mark.parametrize(("state", "how"), [("good", "continued"), ("bad", "anew")])
+def test_an_interrupted_run_goes_on_from_its_checkpoint(
+    sweep: Sweep, tmp_path: Path, state: str, how: str
+) -> None:
+    program(tmp_path, "app", CHECKPOINTS)
+    write(tmp_path, "list = [1.0]", app="app")
+    more = {"TAUT_BIN": str(tmp_path), "STATE": state}
+    assert_refused(sweep("run", **more), "stopped with 1 runs to go", code=130)
+    assert "1 interrupted" in sweep("status").stdout
+    assert sweep("run", **more).returncode == 0
+    assert records(tmp_path)[0]["restarted"] == (how == "continued")
+    assert sweep("collect").returncode == 0
+    assert [row["method"] for row in table(tmp_path)] == [how]
+
+
+@pytest.fixture
+def mounted(tmp_path: Path) -> Iterator[Callable[..., None]]:
+    """Mounts a file system on results/, which only root can."""
+    folder = tmp_path / "results"
+    folder.mkdir()
+
+    def mount(*options: str) -> None:
+        command = ["mount", *options, str(folder)]
+        if os.geteuid() != 0 or subprocess.run(command, capture_output=True, check=False).returncode != 0:
+            pytest.skip("a file system cannot be mounted here")
+
+    yield mount
+    while subprocess.run(["umount", str(folder)], capture_output=True, check=False).returncode == 0:
+        pass
+
+
+def test_a_full_disk_loses_nothing(sweep: Sweep, tmp_path: Path, mounted: Callable[..., None]) -> None:
+    write(tmp_path, "range = { start = 1, stop = 300, step = 1 }")
+    mounted("-t", "tmpfs", "-o", "size=4m", "tmpfs")
+    done = sweep("run")
+    assert done.returncode == 1 and "No space left on device" in done.stderr.splitlines()[-1]
+    assert len(done.stderr.splitlines()) <= 3
+    kept = sum(record["state"] == "done" for record in records(tmp_path))
+    assert 0 < kept < 300 and f"{kept} done" in sweep("status").stdout
+    assert not list(home(tmp_path).rglob(".*"))
+    assert_refused(sweep("collect", "--partial"), "No space left on device")
+    subprocess.run(["mount", "-o", "remount,size=64m", str(tmp_path / "results")], check=True)
+    assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
+    assert len(table(tmp_path)) == 600
+
+
+def test_a_folder_that_cannot_be_written(sweep: Sweep, tmp_path: Path, mounted: Callable[..., None]) -> None:
+    write(tmp_path, "list = [1.0, 2.0]")
+    mounted("-t", "tmpfs", "tmpfs")
+    assert sweep("run").returncode == 0
+    write(tmp_path, "list = [1.0, 2.0, 3.0]")
+    subprocess.run(["mount", "-o", "remount,ro", str(tmp_path / "results")], check=True)
+    assert_refused(sweep("run"), "Read-only file system")
+    assert_refused(sweep("collect", "--partial"), "Read-only file system")
+    assert "2 done, 0 running, 0 failed, 1 missing" in sweep("status").stdout
+    (tmp_path / "taken").write_text("")
+    assert_refused(sweep("run", "--results", "taken"), "taken")
