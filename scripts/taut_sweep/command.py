@@ -119,7 +119,7 @@ def prepared(asked: argparse.Namespace) -> tuple[Plan, Store, programs.Program]:
 def check(planned: Plan, program: programs.Program) -> None:
     """Lets the program read the first case, so that a misspelt entry is said once and not by each run."""
     first = planned.runs[0]
-    if said := programs.check_case(program.path, planned.text(first)):
+    if said := programs.check_case(program.path, planned.text(first), planned.sweep.options):
         raise SweepError(f"{planned.sweep.path}: run 1 is refused: {said}")
 
 

@@ -125,9 +125,7 @@ class Executor:
 
     def _start(self, folder: Path, held: int, restart: bool) -> tuple[int, str]:
         """Starts the program in the run's folder and waits; returns its exit code and what it said."""
-        command = [str(self.program.path), CASE, "--out", ".", "--quiet"]
-        if self.plan.sweep.checkpoint is not None:
-            command += ["--checkpoint", f"{self.plan.sweep.checkpoint:g}"]
+        command = [str(self.program.path), CASE, "--out", ".", "--quiet", *self.plan.sweep.options]
         if restart:
             command += ["--restart", CHECKPOINT]
         with open(folder / LOG, "w+b") as log:

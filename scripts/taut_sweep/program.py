@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,13 +52,13 @@ def version_of(path: Path) -> str:
     return done.stdout.strip()
 
 
-def check_case(program: Path, text: str) -> str | None:
-    """Returns what the program has against a case; nothing is integrated and nothing written for good."""
+def check_case(program: Path, text: str, options: Sequence[str] = ()) -> str | None:
+    """Returns what a program has against a case or an option; nothing is integrated and nothing written for good."""
     with tempfile.TemporaryDirectory() as folder:
         case = Path(folder) / "case.nml"
         case.write_text(text, encoding="utf-8")
         # Programs read and check everything before they write; a folder below a file ends them there.
-        command = [program, case.name, "--out", f"{case.name}/none", "--quiet"]
+        command = [program, case.name, "--out", f"{case.name}/none", "--quiet", *options]
         done = subprocess.run(
             command,
             cwd=folder,

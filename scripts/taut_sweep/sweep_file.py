@@ -74,6 +74,11 @@ class Sweep:
         return self.path.stem
 
     @property
+    def options(self) -> list[str]:
+        """The options that the program takes besides."""
+        return [] if self.checkpoint is None else ["--checkpoint", f"{self.checkpoint:g}"]
+
+    @property
     def columns(self) -> list[str]:
         """The names of the parameters' columns."""
         return [name for parameter in self.parameters for name in parameter.names]

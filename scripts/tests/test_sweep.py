@@ -27,6 +27,7 @@ MASSES = 'case = "base.nml"\napp = "{app}"\n[[parameter]]\nname = "mass"\nentry 
 
 # Programs in the place of the pendulum, for what it cannot be made to do on demand.
 SIGNALED = 'case "$*" in *none*) echo "case.nml/none/" >&2; exit 1;; esac\nkill -SEGV $$\n'
+LONG = 'case "$*" in *none*) echo "case.nml/none/" >&2; exit 1;; esac\necho $$ >pid\nexec sleep 60\n'
 CHECKPOINTS = """case "$*" in *none*) echo "case.nml/none/" >&2; exit 1;; esac
 mkdir -p case
 case "$*" in
@@ -220,6 +221,23 @@ def test_a_run_in_other_hands_is_left_alone(sweep: Sweep, tmp_path: Path) -> Non
     assert sweep("run").returncode == 0
 
 
+def test_a_program_whose_caller_was_killed_keeps_its_folder(
+    sweep: Sweep, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    program(tmp_path, "sleeper", LONG)
+    write(tmp_path, "list = [1.0]", app="sleeper")
+    command = [sys.executable, SCRIPT, "run", "sweep.toml"]
+    caller = subprocess.Popen(command, cwd=tmp_path, env=environment | {"TAUT_BIN": str(tmp_path)})
+    wait_until(lambda: [path for path in home(tmp_path).glob("runs/*/pid") if path.read_text()])
+    caller.kill()
+    caller.wait()
+    (pid,) = home(tmp_path).glob("runs/*/pid")
+    assert "0 done, 1 running, 0 failed, 0 missing" in sweep("status").stdout
+    assert_refused(sweep("run", TAUT_BIN=str(tmp_path)), "another process")
+    os.kill(int(pid.read_text()), signal.SIGKILL)
+    wait_until(lambda: "1 killed" in sweep("status").stdout)
+
+
 def test_a_slice_of_the_runs(sweep: Sweep, tmp_path: Path) -> None:
     write(tmp_path, "list = [1.0, 2.0, 3.0, 4.0]")
     assert_refused(sweep("work", "--runs", "1:2"), "no runs", "scripts/sweep run")
@@ -256,6 +274,15 @@ def test_a_misspelt_entry_is_said_once_and_nothing_runs(sweep: Sweep, tmp_path: 
     assert not home(tmp_path).exists()
 
 
+def test_an_option_that_the_program_does_not_take_is_said_once(sweep: Sweep, tmp_path: Path) -> None:
+    program(tmp_path, "app", 'case "$*" in *--checkpoint*) echo "app: no option" >&2; exit 2;; esac\n')
+    write(tmp_path, "list = [1.0, 2.0]", app="app")
+    path = tmp_path / "sweep.toml"
+    path.write_text("checkpoint = 60\n" + path.read_text())
+    assert_refused(sweep("run", TAUT_BIN=str(tmp_path)), "app: no option")
+    assert not home(tmp_path).exists()
+
+
 def test_a_program_that_crashes(sweep: Sweep, tmp_path: Path) -> None:
     program(tmp_path, "crash", SIGNALED)
     write(tmp_path, "list = [1.0, 2.0]", app="crash")
@@ -275,6 +302,7 @@ def test_an_interrupted_run_goes_on_from_its_checkpoint(
     assert "1 interrupted" in sweep("status").stdout
     assert sweep("run", **more).returncode == 0
     assert records(tmp_path)[0]["restarted"] == (how == "continued")
+    assert len(list(home(tmp_path).glob("runs/*/refused_checkpoint.taut"))) == (how == "anew")
     assert sweep("collect").returncode == 0
     assert [row["method"] for row in table(tmp_path)] == [how]
 
