@@ -1,8 +1,6 @@
 """Joins what the runs wrote: a table of summaries, their timing, and chosen columns of the trajectories."""
 
 import csv
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -12,7 +10,7 @@ import numpy as np
 from taut_report.data import LAST_FILES, Array
 
 from taut_sweep.case_file import plain
-from taut_sweep.files import SweepError
+from taut_sweep.files import SweepError, whole
 from taut_sweep.plan import Plan
 from taut_sweep.store import RESULTS, Store, record_of
 from taut_sweep.sweep_file import Quantity
@@ -154,14 +152,5 @@ def _read(path: Path) -> tuple[list[str], list[list[str]]]:
 @contextmanager
 def _writer(path: Path) -> Iterator[Any]:
     """Opens a CSV file that gets its name when it is whole."""
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with open(handle, "w", encoding="utf-8", newline="") as file:
-            os.fchmod(file.fileno(), 0o644)
-            yield csv.writer(file, lineterminator="\n")
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        yield csv.writer(file, lineterminator="\n")

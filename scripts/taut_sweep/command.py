@@ -25,6 +25,8 @@ def main(arguments: list[str] | None = None) -> int:
         return asked.command(asked)
     except SweepError as error:
         print(f"sweep: {error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        return 130
     except OSError as error:
         print(f"sweep: {error.filename}: {error.strerror}", file=sys.stderr)
     return 1
@@ -77,10 +79,13 @@ def status(asked: argparse.Namespace) -> int:
     """Counts the runs by state, from their records and locks alone."""
     planned, store, _ = prepared(asked)
     counts = count(planned, store)
+    others = store.others(planned)
+    kept = f" ({others} folders of other inputs)" if others else ""
     shown = [name for name in STATES if counts[name] or name in ("done", "running", "failed", "missing")]
     print(
         f"{planned.sweep.name}: {len(planned.runs)} runs: "
         + ", ".join(f"{counts[name]} {name}" for name in shown)
+        + kept
     )
     return 0
 

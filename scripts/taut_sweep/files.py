@@ -2,7 +2,9 @@
 
 import json
 import os
-import tempfile
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +13,31 @@ class SweepError(Exception):
     """What is wrong, in one line that says what to do."""
 
 
-def write_whole(path: Path, text: str, *, sync: bool = True) -> None:
-    """Writes a file under a temporary name and renames it, so that no half of it is ever seen."""
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+@contextmanager
+def whole(path: Path, *, sync: bool = True) -> Iterator[Path]:
+    """Gives a temporary path to write to and renames it in the end: no half of a file is ever seen."""
+    part = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
     try:
-        with open(handle, "w", encoding="utf-8", newline="") as file:
-            os.fchmod(file.fileno(), 0o644)
-            file.write(text)
-            file.flush()
-            if sync:
-                os.fsync(file.fileno())
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
+        yield part
+        if sync:
+            handle = os.open(part, os.O_RDONLY)
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)
+        os.replace(part, path)
+    except BaseException as error:
+        part.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            # What is wrong is wrong with the file that was wanted; a full disk names none at all.
+            error.filename = str(path)
         raise
+
+
+def write_whole(path: Path, text: str, *, sync: bool = True) -> None:
+    """Writes a text."""
+    with whole(path, sync=sync) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 def write_json(path: Path, value: Any, *, sync: bool = True) -> None:

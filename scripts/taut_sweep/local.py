@@ -90,7 +90,9 @@ def run_all(executor: Executor, runs: Iterable[Run], workers: int) -> Report:
 @contextmanager
 def stopping(stop: Stop) -> Iterator[None]:
     """Passes signals on to the programs instead of dying of them."""
-    before = {number: signal.signal(number, lambda *_: stop.ask()) for number in SIGNALS}
+    # What is ignored already, as the end of the terminal is under nohup, stays ignored.
+    numbers = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, lambda *_: stop.ask()) for number in numbers}
     try:
         yield
     finally:

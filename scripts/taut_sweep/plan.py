@@ -24,7 +24,7 @@ class Run:
     hash: str
     # The beginning of the hash; all of it where another run begins the same way.
     id: str
-    # The folder's name.
+    # Its folder's name.
     name: str
 
 
@@ -62,8 +62,9 @@ class Plan:
             digest = hashlib.sha256(inputs.encode()).hexdigest()
             short = digest[:DIGITS]
             run_id = short if ids.setdefault(short, digest) == digest else digest
-            self.runs.append(Run(index, values, digest, run_id, f"{index:0{width}}-{run_id}"))
-            self._first.setdefault(digest, index)
+            # A run that stands twice in the plan is run once, in the folder of the first.
+            first = self._first.setdefault(digest, index)
+            self.runs.append(Run(index, values, digest, run_id, f"{first:0{width}}-{run_id}"))
 
     def first(self, run: Run) -> bool:
         """Returns whether no run before it in the plan is the same."""

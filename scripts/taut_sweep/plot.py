@@ -13,7 +13,7 @@ from taut_report import style
 from taut_report.data import Array
 
 from taut_sweep.collect import TABLE
-from taut_sweep.files import SweepError
+from taut_sweep.files import SweepError, whole
 from taut_sweep.sweep_file import Plot, Sweep
 
 # Light yellow is lost on white paper.
@@ -69,7 +69,10 @@ def draw_all(sweep: Sweep, folder: Path, formats: list[str]) -> list[Path]:
         figure = _map(plot, table) if plot.z else _lines(plot, table, sweep)
         for kind in formats:
             paths.append(folder / f"{plot.name}.{kind}")
-            figure.savefig(paths[-1], metadata=METADATA[kind], bbox_inches="tight", pad_inches=0.08)
+            with whole(paths[-1]) as part:
+                figure.savefig(
+                    part, format=kind, metadata=METADATA[kind], bbox_inches="tight", pad_inches=0.08
+                )
         plt.close(figure)
     return paths
 

@@ -53,7 +53,7 @@ def version_of(path: Path) -> str:
 
 
 def check_case(program: Path, text: str, options: Sequence[str] = ()) -> str | None:
-    """Returns what a program has against a case or an option; nothing is integrated and nothing written for good."""
+    """Returns what a program has against a case or an option; nothing is integrated, nothing stays."""
     with tempfile.TemporaryDirectory() as folder:
         case = Path(folder) / "case.nml"
         case.write_text(text, encoding="utf-8")

@@ -4,13 +4,12 @@ import fcntl
 import filecmp
 import os
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from taut_sweep.files import read_json, write_json
+from taut_sweep.files import read_json, whole, write_json
 from taut_sweep.plan import Plan, Run
 from taut_sweep.program import Program
 
@@ -47,22 +46,15 @@ class Store:
         own.parent.mkdir(parents=True, exist_ok=True)
         self.runs.mkdir(exist_ok=True)
         if not own.exists() or not filecmp.cmp(program.path, own, shallow=False):
-            handle, temporary = tempfile.mkstemp(dir=own.parent)
-            os.close(handle)
-            try:
-                shutil.copy(program.path, temporary)
-                os.replace(temporary, own)
-            except BaseException:
-                os.unlink(temporary)
-                raise
+            with whole(own) as part:
+                shutil.copy(program.path, part)
         copied = Program(own.resolve(), program.version)
         if self.program() != copied:
             write_json(self.root / "program.json", {"path": str(copied.path), "version": copied.version})
         self.scan()
         for run in plan.runs:
             name = self._names.get(run.id)
-            # A run that stands twice in the plan keeps the folder of its first.
-            if name and name != run.name and plan.first(run):
+            if name and name != run.name:
                 with lock(self.runs / name) as held:
                     if held is not None:
                         os.rename(self.runs / name, self.runs / run.name)
@@ -76,6 +68,10 @@ class Store:
         except FileNotFoundError:
             names = []
         self._names = {name.rpartition("-")[2]: name for name in names}
+
+    def others(self, plan: Plan) -> int:
+        """Returns how many folders are of no run of the plan."""
+        return len(self._names.keys() - {run.id for run in plan.runs})
 
     def folder(self, run: Run) -> Path:
         """Returns where a run is or will be."""

@@ -111,7 +111,7 @@ def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
     checkpoint = _take(table, "checkpoint", float, "the sweep file", None)
     if checkpoint is not None and not checkpoint > 0:
         raise SweepError("checkpoint needs a number of seconds greater than zero")
-    fixed = _take(table, "fixed", dict, "the sweep file", {})
+    fixed = _flat(_take(table, "fixed", dict, "the sweep file", {}))
     for entry, value in fixed.items():
         Entry.read(entry)
         check_value(value)
@@ -158,7 +158,7 @@ def _parameter(block: dict[str, Any], where: str, path: Path) -> Parameter:
     else:
         texts = [_take(block, "entry", str, where)]
         names = [_take(block, "name", str, where, texts[0])]
-        also = _take(block, "also", dict, where, {})
+        also = _flat(_take(block, "also", dict, where, {}))
         also = {entry: _take(also, entry, float, f"{where}.also") for entry in also}
     for text in also:
         Entry.read(text)
@@ -214,6 +214,14 @@ def _plot(block: dict[str, Any], where: str) -> Plot:
         labels=_take(block, "labels", dict, where, {}),
         title=_take(block, "title", str, where, ""),
     )
+
+
+def _flat(table: dict[str, Any], before: str = "") -> dict[str, Any]:
+    """Returns a table of entries by name: without quotation marks TOML makes a table of each group."""
+    flat = {}
+    for key, value in table.items():
+        flat |= _flat(value, f"{before}{key}.") if isinstance(value, dict) else {before + key: value}
+    return flat
 
 
 def _known(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
