@@ -195,11 +195,13 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _jobs(text: str) -> int:
-    if (value := int(text)) < 1:
-        raise argparse.ArgumentTypeError("must be 1 or more")
-    return value
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError("must be a whole number of one or more")
+    return int(text)
 
 
 def _slice(text: str) -> tuple[int, int]:
     first, _, last = text.partition(":")
-    return int(first), int(last or first)
+    if not first.isdecimal() or not last.isdecimal():
+        raise argparse.ArgumentTypeError(f"'{text}' is not FIRST:LAST, as in 1:20")
+    return int(first), int(last)

@@ -201,6 +201,10 @@ def _plot(block: dict[str, Any], where: str) -> Plot:
     z, lines = (_take(block, key, str, where, None) for key in ("z", "lines"))
     if z and lines:
         raise SweepError(f"{where} has 'lines' and 'z'; a map has no lines")
+    log = _list(block, "log", str, where)
+    _known(dict.fromkeys(log), ("x", "y", "z"), f"'log' of {where}")
+    labels = _take(block, "labels", dict, where, {})
+    _known(labels, ("x", "y", "z", "lines"), f"'labels' of {where}")
     return Plot(
         name=name,
         x=_take(block, "x", str, where),
@@ -209,9 +213,9 @@ def _plot(block: dict[str, Any], where: str) -> Plot:
         lines=lines,
         points=_take(block, "points", bool, where, False),
         contours=_list(block, "contours", int | float, where),
-        log=_list(block, "log", str, where),
+        log=log,
         where=_take(block, "where", dict, where, {}),
-        labels=_take(block, "labels", dict, where, {}),
+        labels=labels,
         title=_take(block, "title", str, where, ""),
     )
 

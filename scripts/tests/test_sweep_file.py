@@ -115,7 +115,7 @@ def test_entries_of_every_shape_are_replaced(tmp_path: Path) -> None:
 def test_whole_arrays_and_entries_that_move_along(tmp_path: Path) -> None:
     text = '[[parameter]]\nentry = "swing.force"\nlist = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]\n'
     assert [case["swing"]["force"] for case in cases(tmp_path, text)] == [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
-    text = ONE + 'also = { integration.atol = 1e-3 }\nlist = [1e-3, 0.7]\n'
+    text = ONE + "also = { integration.atol = 1e-3 }\nlist = [1e-3, 0.7]\n"
     assert [case["integration"]["atol"] for case in cases(tmp_path, text)] == [1e-6, 7e-4]
 
 
@@ -176,6 +176,12 @@ WRONG = {
         START + ONE + 'list = [1]\n[collect]\nq = { column = "x", take = "most" }',
         "most",
         "max",
+    ),
+    "unknown axis": (
+        START + ONE + 'list = [1]\n[[plot]]\nname = "p"\nx = "x"\ny = "y"\nlog = ["a"]',
+        "[[plot]] 1",
+        "'a'",
+        "x, y, z",
     ),
     "no TOML": (START + ONE + "list = [1", "sweep.toml"),
 }
