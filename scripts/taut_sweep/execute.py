@@ -105,7 +105,7 @@ class Executor:
         record["restarted"] = restart
         write_json(folder / RECORD, record, sync=False)
         code, said = self._start(folder, held, restart)
-        if restart and code not in (0, INTERRUPTED) and _refused(said):
+        if restart and code not in (0, INTERRUPTED) and _refused(said) and (folder / CHECKPOINT).exists():
             # Kept for a look at it, but the run begins anew.
             os.replace(folder / CHECKPOINT, folder / "refused_checkpoint.taut")
             shutil.rmtree(folder / RESULTS, ignore_errors=True)
@@ -127,7 +127,8 @@ class Executor:
         """Starts the program in the run's folder and waits; returns its exit code and what it said."""
         command = [str(self.program.path), CASE, "--out", ".", "--quiet", *self.plan.sweep.options]
         if restart:
-            command += ["--restart", CHECKPOINT]
+            # The program compares the folders of both options letter by letter.
+            command += ["--restart", f"./{CHECKPOINT}"]
         with open(folder / LOG, "w+b") as log:
             child = subprocess.Popen(
                 command,

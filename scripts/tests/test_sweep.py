@@ -164,7 +164,7 @@ def test_a_thousand_runs_are_all_there_once(sweep: Sweep, tmp_path: Path) -> Non
 def test_killed_at_any_moment_it_ends_with_the_same_table(
     sweep: Sweep, tmp_path: Path, environment: dict[str, str]
 ) -> None:
-    write(tmp_path, "range = { start = 1, stop = 60, step = 1 }", case=CASE.replace("0.5", "20"))
+    write(tmp_path, "range = { start = 1, stop = 60, step = 1 }", case=CASE.replace("0.5", "10"))
     assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
     undisturbed = (home(tmp_path) / "table.csv").read_bytes()
     shutil.rmtree(home(tmp_path))
@@ -289,6 +289,32 @@ def test_a_program_that_crashes(sweep: Sweep, tmp_path: Path) -> None:
     assert_refused(sweep("run", TAUT_BIN=str(tmp_path)), "2 failed", "signal 11")
     assert [record["exit_code"] for record in records(tmp_path)] == [-11, -11]
     assert_refused(sweep("run", TAUT_BIN=str(tmp_path / "none")), "none/crash", "TAUT_BIN")
+
+
+def test_stopped_again_and_again_it_continues_and_ends_with_the_same_table(
+    sweep: Sweep, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    write(tmp_path, "list = [1.0, 2.0]", case=CASE.replace("0.5", "2000"))
+    assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
+    undisturbed = (home(tmp_path) / "table.csv").read_bytes()
+    shutil.rmtree(home(tmp_path))
+    for number in (signal.SIGINT, signal.SIGTERM):
+        process = subprocess.Popen(
+            [sys.executable, SCRIPT, "run", "sweep.toml"],
+            cwd=tmp_path,
+            env=environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        wait_until(lambda: [record["state"] for record in records(tmp_path)] == ["running"] * 2)
+        time.sleep(0.1)
+        process.send_signal(number)
+        assert process.wait() == 130
+        assert len(list(home(tmp_path).glob("runs/*/case/checkpoint.taut"))) == 2
+    assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
+    assert [(record["attempts"], record["restarted"]) for record in records(tmp_path)] == [(3, True)] * 2
+    assert not list(home(tmp_path).glob("runs/*/refused*"))
+    assert (home(tmp_path) / "table.csv").read_bytes() == undisturbed
 
 
 @pytest.mark.parametrize(("state", "how"), [("good", "continued"), ("bad", "anew")])
