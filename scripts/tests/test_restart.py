@@ -130,11 +130,11 @@ def test_signals(number: signal.Signals, case: Path, whole: Path, start: Start) 
 
 
 def test_moved_folder(interrupted: Path, whole: Path, start: Start) -> None:
-    shutil.move(interrupted / "results/short", interrupted / "elsewhere")
-    process = start(interrupted, "--restart", "elsewhere/checkpoint.taut", "--quiet")
+    shutil.move(interrupted / "results/short", interrupted / "short")
+    process = start(interrupted, "--out", "././", "--restart", ".//short/checkpoint.taut", "--quiet")
     _, error = process.communicate(timeout=60)
     assert (process.returncode, error) == (0, "")
-    assert timeless(interrupted / "elsewhere") == timeless(whole / "results/short")
+    assert timeless(interrupted / "short") == timeless(whole / "results/short")
 
 
 def contents(folder: Path) -> dict[Path, bytes]:

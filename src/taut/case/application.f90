@@ -151,11 +151,27 @@ contains
       if (file%content /= case_text .or. len(file%content) /= len(case_text)) then
          call raise(error, line%restart, 'the checkpoint belongs to another case, or '//file%path//' was changed since', &
                     'restart with the case as it was, or run it anew')
-      else if (line%out_given .and. line%out//'/'//file%name /= folder_of(line%restart)) then
+      else if (line%out_given .and. plain(line%out//'/'//file%name) /= plain(folder_of(line%restart))) then
          call raise(error, line%restart, 'the checkpoint is not in the folder '//line%out//'/'//file%name, &
                     'leave --out out: the results go where the checkpoint is, beside their unfinished files')
       end if
    end subroutine check_restart
+
+   !> A path without the points and slashes that name nothing.
+   pure function plain(path) result(short)
+      character(*), intent(in) :: path
+      character(:), allocatable :: short
+      integer :: first, last
+
+      short = ''
+      if (index(path, '/') == 1) short = '/'
+      first = 1
+      do while (first <= len(path))
+         last = first + index(path(first:)//'/', '/') - 2
+         if (path(first:last) /= '' .and. path(first:last) /= '.') short = short//path(first:last)//'/'
+         first = last + 2
+      end do
+   end function plain
 
    !> The folder of a file.
    function folder_of(path) result(folder)
