@@ -1,10 +1,13 @@
+import contextlib
 import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
+from slurm_cluster import Cluster, NoSlurmError, running_cluster
 
 ROOT = Path(__file__).parents[2]
 
@@ -74,3 +77,28 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
         pytest.skip("a small disk cannot be mounted here")
     yield folder
     subprocess.run(["umount", str(folder)], check=True)
+
+
+@pytest.fixture(scope="session")
+def cluster() -> Iterator[Cluster]:
+    """A real Slurm whose arrays hold 25 tasks."""
+    with contextlib.ExitStack() as stack:
+        try:
+            cluster = stack.enter_context(running_cluster(array_size=25, cpus=4))
+        except NoSlurmError as why:
+            no_slurm(why)
+        yield cluster
+
+
+@pytest.fixture
+def slurm(cluster: Cluster) -> Iterator[Cluster]:
+    """The same with an empty queue."""
+    yield cluster
+    cluster.empty()
+
+
+def no_slurm(why: NoSlurmError) -> NoReturn:
+    """Ends a test that needs Slurm: on a machine without it there is nothing to test, but CI must have it."""
+    if os.environ.get("CI"):
+        pytest.fail(f"Slurm cannot be started: {why}")
+    pytest.skip(f"Slurm cannot be started: {why}")
