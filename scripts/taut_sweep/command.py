@@ -5,8 +5,8 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+from taut_sweep import arrays, sweep_file
 from taut_sweep import program as programs
-from taut_sweep import sweep_file
 from taut_sweep.case_file import plain
 from taut_sweep.execute import INTERRUPTED, Executor
 from taut_sweep.files import SweepError
@@ -20,8 +20,13 @@ FORMATS = ("png", "pdf", "svg")
 
 def main(arguments: list[str] | None = None) -> int:
     """Does what the command line asks for."""
-    asked = _parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else arguments
+    end = words.index("--") if "--" in words else len(words)
+    asked = _parser().parse_args(words[:end])
+    asked.options = words[end + 1 :]
     try:
+        if asked.options and not getattr(asked, "slurm", False):
+            raise SweepError("options after -- are for sbatch; they go with run --slurm")
         return asked.command(asked)
     except SweepError as error:
         print(f"sweep: {error}", file=sys.stderr)
@@ -50,13 +55,16 @@ def plan(asked: argparse.Namespace) -> int:
 
 
 def run(asked: argparse.Namespace) -> int:
-    """Runs what is not done on this machine."""
+    """Runs what is not done, on this machine or as job arrays of Slurm."""
     sweep = sweep_file.read(asked.sweep)
     program = programs.find(sweep.app)
     planned = Plan(sweep, program.version)
     check(planned, program)
     store = Store(asked.results, sweep.name)
     program = store.prepare(planned, program)
+    if asked.slurm:
+        arrays.submit(planned, store, asked.runs_per_task, asked.options)
+        return 0
     runs = [one for one in planned.runs if planned.first(one)]
     todo = [one for one in runs if state_of(store.folder(one), one) != "done"]
     report = run_all(Executor(planned, store, program), todo, asked.jobs)
@@ -76,7 +84,7 @@ def work(asked: argparse.Namespace) -> int:
 
 
 def status(asked: argparse.Namespace) -> int:
-    """Counts the runs by state, from their records and locks alone."""
+    """Counts the runs by state, from their records and locks alone; Slurm, if there, tells of its tasks."""
     planned, store, _ = prepared(asked)
     counts = count(planned, store)
     others = store.others(planned)
@@ -87,6 +95,8 @@ def status(asked: argparse.Namespace) -> int:
         + ", ".join(f"{counts[name]} {name}" for name in shown)
         + kept
     )
+    for line in arrays.told(planned, store):
+        print(line)
     return 0
 
 
@@ -179,6 +189,12 @@ def _parser() -> argparse.ArgumentParser:
     command = add(run, "run what is not done")
     command.add_argument(
         "--jobs", type=_jobs, default=cores(), metavar="N", help="runs at a time; default: cores"
+    )
+    command.add_argument(
+        "--slurm", action="store_true", help="submit to Slurm; options of sbatch may follow after --"
+    )
+    command.add_argument(
+        "--runs-per-task", type=_jobs, metavar="N", help="runs of a task of Slurm; default: by their time"
     )
     add(status, "count the runs that are done, running, failed, missing")
     command = add(collect, "write the tables of all runs")

@@ -8,6 +8,7 @@ from typing import Any
 
 from taut_sweep.case_file import Entry, check_value
 from taut_sweep.files import SweepError
+from taut_sweep.slurm import check_table
 from taut_sweep.values import KINDS, Row, values_of
 
 PLOT_KEYS = ("name", "title", "x", "y", "z", "lines", "points", "contours", "log", "where", "labels")
@@ -67,6 +68,8 @@ class Sweep:
     quantities: list[Quantity]
     trajectories: list[str]
     plots: list[Plot]
+    # Options of sbatch.
+    slurm: dict[str, Any]
 
     @property
     def name(self) -> str:
@@ -100,7 +103,7 @@ def read(path: Path) -> Sweep:
 
 def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
     """Makes a sweep of the file's table."""
-    keys = ("case", "app", "combine", "checkpoint", "fixed", "parameter", "collect", "plot")
+    keys = ("case", "app", "combine", "checkpoint", "fixed", "parameter", "collect", "plot", "slurm")
     _known(table, keys, "the sweep file")
     case = path.parent / _take(table, "case", str, "the sweep file")
     if not case.is_file():
@@ -126,6 +129,8 @@ def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
     if combine == "zip" and len({len(parameter.rows) for parameter in parameters}) > 1:
         lengths = ", ".join(f"{parameter.names[0]} {len(parameter.rows)}" for parameter in parameters)
         raise SweepError(f"combine = 'zip' needs equally many values of all parameters; there are {lengths}")
+    options = _take(table, "slurm", dict, "the sweep file", {})
+    check_table(options)
     quantities, trajectories = _collect(_take(table, "collect", dict, "the sweep file", {}))
     return Sweep(
         path=path,
@@ -138,6 +143,7 @@ def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
         quantities=quantities,
         trajectories=trajectories,
         plots=[_plot(block, f"[[plot]] {i}") for i, block in enumerate(_blocks(table, "plot"), start=1)],
+        slurm=options,
     )
 
 
