@@ -5,6 +5,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import threading
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,6 +18,8 @@ from taut_sweep.store import CASE, CHECKPOINT, LOG, RECORD, RESULTS, Store, lock
 
 # The program's exit code when a signal made it write a checkpoint and end.
 INTERRUPTED = 75
+# Not SIGTERM: a cluster sends that to programs itself, and a second one of a kind would end them at once.
+ASK = signal.SIGUSR1
 
 
 @dataclass(frozen=True)
@@ -36,20 +39,24 @@ class Stop:
 
     def __init__(self) -> None:
         self.asked = False
+        # Each program is asked once (a second signal ends it); a signal may come while another is handled.
+        self._lock = threading.RLock()
         self._children: set[subprocess.Popen[bytes]] = set()
 
     def ask(self) -> None:
         """Asks the programs to write a checkpoint and end; asked again, kills them."""
-        number = signal.SIGKILL if self.asked else signal.SIGTERM
-        self.asked = True
-        for child in list(self._children):
-            child.send_signal(number)
+        with self._lock:
+            number = signal.SIGKILL if self.asked else ASK
+            self.asked = True
+            for child in list(self._children):
+                child.send_signal(number)
 
     def wait_for(self, child: subprocess.Popen[bytes]) -> int:
         """Waits for a program that is ended when asked."""
-        self._children.add(child)
-        if self.asked:
-            child.terminate()
+        with self._lock:
+            self._children.add(child)
+            if self.asked:
+                child.send_signal(ASK)
         code = child.wait()
         self._children.discard(child)
         return code

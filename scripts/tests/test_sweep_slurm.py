@@ -135,6 +135,15 @@ def programs(slurm: Cluster) -> list[int]:
     return [pid for pid in slurm.processes() if command_of(pid).partition("\0")[0].endswith("/pendulum")]
 
 
+def listens(pid: int) -> bool:
+    """Returns whether a program has got as far as to catch SIGTERM."""
+    with contextlib.suppress(OSError):
+        status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
+        caught = int(status.partition("SigCgt:")[2].split()[0], 16)
+        return bool(caught >> (signal.SIGTERM - 1) & 1)
+    return False
+
+
 def test_table_equals_that_of_an_undisturbed_sweep(slurm: Cluster, sweep: Sweep, tmp_path: Path) -> None:
     path = write_sweep(tmp_path, gravities=20, lengths=10)
     good(sweep("run", path, "--results", "local"))
@@ -225,7 +234,7 @@ def test_time_limit_requeues_and_cancel_does_not(slurm: Cluster, sweep: Sweep, t
     case = tmp_path / "swings.nml"
     case.write_text(CASE.replace("t_end = 10.0", "t_end = 1e6"), encoding="utf-8")
     good(sweep("run", path, "--slurm", given=slurm.environment))
-    wait(lambda: programs(slurm), 20)
+    wait(lambda: any(map(listens, programs(slurm))), 20)
     (job,) = tasks(slurm)
     # What Slurm sends a minute before the time limit.
     slurm.command("scancel", "--batch", "--signal=USR1", job)
@@ -233,7 +242,7 @@ def test_time_limit_requeues_and_cancel_does_not(slurm: Cluster, sweep: Sweep, t
     assert "Restarts=1" in slurm.command("scontrol", "show", "job", job)
     assert "1 interrupted" in good(sweep("status", path, given=slurm.environment))
     # It starts again by itself; then it is canceled for good.
-    wait(lambda: programs(slurm), 30)
+    wait(lambda: any(map(listens, programs(slurm))), 30)
     slurm.command("scancel", job)
     wait(lambda: not tasks(slurm), 20)
     assert not slurm.processes()
@@ -306,7 +315,7 @@ def test_one_long_case_goes_on_from_its_checkpoint(
         script = ROOT / "scripts/slurm_one_case.sh"
         options = ("--parsable", f"--chdir={folder}", "--output=job.log")
         job = slurm.command("sbatch", *options, str(script), str(pendulum), "../long.nml").strip()
-        wait(lambda: (folder / "results/long").exists(), 20)
+        wait(lambda: any(map(listens, programs(slurm))), 20)
         time.sleep(0.5)
         return job
 
