@@ -116,6 +116,8 @@ def test_signals(number: signal.Signals, case: Path, whole: Path, start: Start) 
         if pause is not None:
             time.sleep(pause)
             process.send_signal(number)
+            if number != signal.SIGINT:
+                process.send_signal(number)
         _, error = process.communicate(timeout=60)
         codes.add(process.returncode)
         if process.returncode == 0:

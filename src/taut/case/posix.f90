@@ -310,7 +310,8 @@ contains
       ignored = c_fclose(file)
    end subroutine read_bytes
 
-   !> From now on SIGINT, SIGTERM and SIGUSR1 are noted instead of ending the program; a second one of the same kind ends it.
+   !> From now on SIGINT, SIGTERM and SIGUSR1 are noted instead of ending the program; a second SIGINT ends it. The others may
+   !! come twice, from a batch system and from its script.
    subroutine catch_signals()
       type(c_funptr) :: ignored
 
@@ -326,7 +327,7 @@ contains
       type(c_funptr) :: ignored
 
       caught = number
-      ignored = c_signal(number, c_null_funptr)
+      if (number == signal_interrupt) ignored = c_signal(number, c_null_funptr)
    end subroutine note_signal
 
    !> The signal that came last, 0 if none did.
