@@ -39,6 +39,9 @@ module taut_constrained_system
    !> A constrained mechanical system. An extension states its sizes with `define` and supplies five procedures: `mass`,
    !! `force`, `constraint`, `jacobian` and `b_second`; all others have defaults.
    !!
+   !! A large system also says where the entries of A are that can differ from zero, with `pattern`, and computes only those,
+   !! with `jacobian_entries`; its `jacobian` is then one call of `scatter_entries`.
+   !!
    !! An entry that is not finite, in any of the answers, means 'not defined here': the integrator tries a smaller step.
    type, abstract :: mechanical_system_t
       !> Velocities, and rows of M.
@@ -70,6 +73,9 @@ module taut_constrained_system
       procedure(vector_at_state), deferred :: constraint
       procedure(matrix_at_state), deferred :: jacobian
       procedure(vector_at_state), deferred :: b_second
+      procedure :: pattern => dense_pattern
+      procedure :: jacobian_entries => no_entries
+      procedure :: scatter_entries
       procedure :: b_prime => no_b_prime
       procedure :: weight => unit_weight
       procedure :: w_rate => no_w_rate
@@ -192,7 +198,103 @@ contains
          call raise(error, here, 'the blocks of its mass matrix do not add up to '//to_text(self%n)//' rows', &
                     'correct mass_blocks in the call of define')
       end if
+      if (allocated(error)) return
+      call check_pattern(self, error)
    end subroutine check_sizes
+
+   !> Whether the pattern of A, where there is one, is in order.
+   subroutine check_pattern(self, error)
+      class(mechanical_system_t), intent(in) :: self
+      type(error_t), allocatable, intent(inout) :: error
+      integer, allocatable :: first(:), column(:)
+      integer :: i, k
+      character(*), parameter :: here = 'mechanical system', remedy = 'correct its procedure pattern'
+
+      call self%pattern(first, column)
+      if (.not. (allocated(first) .or. allocated(column))) return
+      if (.not. (allocated(first) .and. allocated(column))) then
+         call raise(error, here, 'only one of the two arrays of the pattern of A is set', remedy)
+         return
+      end if
+      if (size(first) /= self%c + 1) then
+         call raise(error, here, 'the pattern of A has not the beginnings of '//to_text(self%c)//' rows and one more', remedy)
+         return
+      end if
+      if (first(1) /= 1 .or. first(self%c + 1) /= size(column) + 1 .or. any(first(2:) < first(:self%c))) then
+         call raise(error, here, 'the rows of the pattern of A do not follow each other from 1 to '//to_text(size(column)), &
+                    remedy)
+         return
+      end if
+      do i = 1, self%c
+         do k = first(i), first(i + 1) - 1
+            if (column(k) < 1 .or. column(k) > self%n) then
+               call raise(error, here, 'the pattern of A names column '//to_text(column(k))//' of '//to_text(self%n)// &
+                          ' in row '//to_text(i), remedy)
+               return
+            end if
+            if (k == first(i)) cycle
+            if (column(k) <= column(k - 1)) then
+               call raise(error, here, 'the columns of row '//to_text(i)//' of the pattern of A do not ascend', remedy)
+               return
+            end if
+         end do
+      end do
+   end subroutine check_pattern
+
+   !> Where the entries of A are that can differ from zero, row by row; the default says nothing: A is dense.
+   subroutine dense_pattern(self, first, column)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> First entry of each row in `column`, and the number of entries plus one at the end: (c + 1).
+      integer, allocatable, intent(out) :: first(:)
+      !> Column of each entry, ascending within a row.
+      integer, allocatable, intent(out) :: column(:)
+
+      associate (unused_system => self, unused_first => first, unused_column => column)
+      end associate
+   end subroutine dense_pattern
+
+   !> The entries of A in the order of `pattern`; the default, for systems that state a pattern and compute nothing, is not a
+   !! number.
+   subroutine no_entries(self, at, values)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where; x and t may be used.
+      type(state_t), intent(in) :: at
+      !> The entries: (size of the pattern).
+      real(wp), intent(out) :: values(:)
+
+      values(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine no_entries
+
+   !> All of A from its entries: what a system with a `pattern` calls in its `jacobian`.
+   subroutine scatter_entries(self, at, a)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> Where; x and t may be used.
+      type(state_t), intent(in) :: at
+      !> The constraint matrix: (c, n).
+      real(wp), intent(out) :: a(:, :)
+      integer, allocatable :: first(:), column(:)
+      real(wp), allocatable :: values(:)
+      integer :: i, k
+
+      a(:, :) = 0.0_wp
+      call self%pattern(first, column)
+      if (.not. (allocated(first) .and. allocated(column))) then
+         a(:, :) = ieee_value(1.0_wp, ieee_quiet_nan)
+         return
+      end if
+      allocate (values(size(column)))
+      call self%jacobian_entries(at, values)
+      do i = 1, self%c
+         do k = first(i), first(i + 1) - 1
+            a(i, column(k)) = values(k)
+         end do
+      end do
+   end subroutine scatter_entries
 
    !> b' of constraints that do not depend on time: zero.
    subroutine no_b_prime(self, at, value)

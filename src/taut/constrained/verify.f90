@@ -78,6 +78,7 @@ contains
       do i = 1, model%n
          call check_set('A', a(:, i), findings, i)
       end do
+      call check_entries(model, here, a, allowed, findings)
       call model%b_prime(here, b)
       call check_set("b'", b, findings)
       a_expected = unset()
@@ -219,6 +220,34 @@ contains
          call compare('A', i, column, given(i), expected(i), largest(rows(i, :)), allowed, findings)
       end do
    end subroutine compare_column
+
+   !> The entries of a structured A against the dense one, which has to be zero elsewhere.
+   subroutine check_entries(model, at, a, allowed, findings)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      real(wp), intent(in) :: a(:, :), allowed
+      type(finding_t), allocatable, intent(inout) :: findings(:)
+      integer, allocatable :: first(:), column(:)
+      real(wp), allocatable :: values(:), row(:)
+      integer :: i, j, k
+
+      call model%pattern(first, column)
+      if (.not. allocated(first)) return
+      allocate (values(size(column)), row(model%n), source=unset())
+      call model%jacobian_entries(at, values)
+      do i = 1, model%c
+         row(:) = 0.0_wp
+         do k = first(i), first(i + 1) - 1
+            row(column(k)) = values(k)
+            if (.not. ieee_is_finite(values(k))) &
+               call note('A', i, column(k), values(k), a(i, column(k)), &
+                         entry_name('A', i, column(k))//' of jacobian_entries is not set or not finite', findings)
+         end do
+         do j = 1, model%n
+            call compare('A', i, j, row(j), a(i, j), largest(a(i, :)), allowed, findings)
+         end do
+      end do
+   end subroutine check_entries
 
    !> M symmetric, positive definite and set.
    subroutine check_mass(model, at, allowed, findings)
