@@ -7,10 +7,11 @@ module taut_constrained_formulation
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
    use taut_constrained_method, only: method_t
-   use taut_constrained_projection, only: projector_t, relative_violation, solver_code
+   use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian, projector_t, relative_violation
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_weighted_projection, only: weighted_projection_t
+   use taut_linalg_sparse_rows, only: sparse_rows_t
+   use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
    use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry
    implicit none (type, external)
    private
@@ -54,9 +55,12 @@ module taut_constrained_formulation
       !> M, and M^-1 A^T S^+.
       type(block_diagonal_t), private :: m
       type(weighted_projection_t), private :: reduced
-      real(wp), allocatable, private :: a(:, :), phi(:), b_prime(:), b_second(:), r(:), lambda(:), force(:)
+      type(sparse_rows_t), private :: a
+      real(wp), allocatable, private :: phi(:), b_prime(:), b_second(:), r(:), lambda(:), force(:)
       real(wp), allocatable, private :: dydt(:), mu_raw(:)
       real(wp), private :: phi_raw = 0.0_wp, phidot_raw = 0.0_wp
+      !> With W = I and the same mass everywhere, M = m I: m, so that S_M = S_W/m; otherwise 0.
+      real(wp), private :: uniform_mass = 0.0_wp
       integer, private :: bad_row_of_mass = 0
    contains
       procedure :: init
@@ -120,10 +124,12 @@ contains
       self%shares_mass = method%weight == 'mass'
       self%force_form = method%form == 'force'
       allocate (self%at%x(model%n_x), self%at%v(n), self%at%w(model%n_w), source=0.0_wp)
-      allocate (self%a(c, n), self%phi(model%n_phi), self%b_prime(c), self%b_second(c), self%r(c), self%lambda(c), &
+      allocate (self%phi(model%n_phi), self%b_prime(c), self%b_second(c), self%r(c), self%lambda(c), &
                 self%force(n), self%mu_raw(c), self%dydt(self%size()), source=0.0_wp)
       call self%m%init(model%mass_blocks)
-      call self%reduced%init(c, n, solver_code(method%solver), method%rcond)
+      call lay_out_jacobian(model, self%a)
+      if (.not. self%shares_mass .or. self%kind /= present_method) &
+         call self%reduced%init(self%a, c, model%mass_blocks, solver_code(method%solver), method%rcond)
       call self%projector%init(model, method)
    end subroutine init
 
@@ -237,22 +243,26 @@ contains
       ! (e) b'', with the corrected x and v
       call self%model%b_second(self%at, self%b_second)
       ! (f) reduced mass matrix and unconstrained acceleration, (g) or (h) correction of the forces or of the accelerations
+      call self%model%force(self%at, self%force)
       if (self%shares_mass) then
-         call self%model%force(self%at, self%force)
-         call constrained_acceleration(self%projector%a, self%b_second, self%force_form, self%projector%w, &
+         call constrained_acceleration(self%projector%a, self%b_second, self%force_form, self%projector%w, 1.0_wp, &
                                        self%projector%onto, self%force, self%r, self%lambda, dydt(n_x + 1:n_x + n))
-      else
-         call renew_mass(self, info)
-         if (info /= rhs_ok) return
-         call self%reduced%update(self%projector%a, self%m, .false., info, 0.0_wp)
-         if (info /= 0) then
-            info = rhs_retry
-            return
-         end if
-         call self%model%force(self%at, self%force)
-         call constrained_acceleration(self%projector%a, self%b_second, self%force_form, self%m, self%reduced, &
-                                       self%force, self%r, self%lambda, dydt(n_x + 1:n_x + n))
+         return
       end if
+      call renew_mass(self, info)
+      if (info /= rhs_ok) return
+      if (self%uniform_mass > 0.0_wp) then
+         call constrained_acceleration(self%projector%a, self%b_second, self%force_form, self%m, self%uniform_mass, &
+                                       self%projector%onto, self%force, self%r, self%lambda, dydt(n_x + 1:n_x + n))
+         return
+      end if
+      call self%reduced%update(self%projector%a, self%m, .false., info, 0.0_wp)
+      if (info /= 0) then
+         info = rhs_retry
+         return
+      end if
+      call constrained_acceleration(self%projector%a, self%b_second, self%force_form, self%m, 1.0_wp, self%reduced, &
+                                    self%force, self%r, self%lambda, dydt(n_x + 1:n_x + n))
    end subroutine rhs_present
 
    !> Eq. (8), with the acceleration-level constraint as it is or with Baumgarte's terms.
@@ -266,7 +276,7 @@ contains
       n_x = self%model%n_x
       call self%model%normalize(self%at%x)
       call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
-      call self%model%jacobian(self%at, self%a)
+      call evaluate_jacobian(self%model, self%at, self%a)
       call self%model%b_second(self%at, self%b_second)
       if (self%gain_v > 0.0_wp .or. self%gain_x > 0.0_wp) then
          call violations(self)
@@ -292,7 +302,7 @@ contains
       call self%model%normalize(self%at%x)
       call self%projector%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
-      self%a(:, :) = self%projector%a
+      self%a%values(:) = self%projector%a%values
       call violations(self)
       call self%model%b_second(self%at, self%b_second)
       do i = 1, self%model%c
@@ -311,22 +321,18 @@ contains
       type(constrained_ode_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: dydt(:)
       integer, intent(out) :: info
-      integer :: i, j, n, n_x
+      integer :: n, n_x
 
       n = self%model%n
       n_x = self%model%n_x
       call self%model%normalize(self%at%x)
       call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
-      call self%model%jacobian(self%at, self%a)
+      call evaluate_jacobian(self%model, self%at, self%a)
       call violations(self)
       self%lambda(:) = self%method%damping*self%r
       self%lambda(1:self%model%n_phi) = self%lambda(1:self%model%n_phi) + self%method%stiffness*self%phi
       call self%model%force(self%at, self%force)
-      do j = 1, n
-         do i = 1, self%model%c
-            self%force(j) = self%force(j) - self%a(i, j)*self%lambda(i)
-         end do
-      end do
+      call self%a%subtract_transposed(self%lambda, self%force)
       call renew_mass(self, info)
       if (info /= rhs_ok) return
       call self%m%solve(1, self%force)
@@ -354,13 +360,10 @@ contains
    !> phi and r = A v - b' at the state as it is, with A in `a`.
    subroutine violations(self)
       type(constrained_ode_t), intent(inout) :: self
-      integer :: i
 
       call self%model%constraint(self%at, self%phi)
       call self%model%b_prime(self%at, self%b_prime)
-      do i = 1, self%model%c
-         self%r(i) = dot_product(self%a(i, :), self%at%v) - self%b_prime(i)
-      end do
+      call self%a%multiply(self%at%v, self%r, self%b_prime)
    end subroutine violations
 
    !> M at the state, factorized.
@@ -373,7 +376,12 @@ contains
       call self%model%mass(self%at, self%m)
       call self%m%factorize(self%bad_row_of_mass)
       self%mass_ready = self%bad_row_of_mass == 0
-      if (.not. self%mass_ready) info = rhs_retry
+      self%uniform_mass = 0.0_wp
+      if (.not. self%mass_ready) then
+         info = rhs_retry
+      else if (self%m%diagonal .and. self%kind == present_method .and. self%method%weight == 'identity') then
+         if (all(abs(self%m%values - self%m%values(1)) <= 0.0_wp)) self%uniform_mass = self%m%values(1)
+      end if
    end subroutine renew_mass
 
    !> vdot from A vdot = b'' with A in `a`, b'' in `b_second`, at a state that may violate the constraints.
@@ -396,47 +404,41 @@ contains
          return
       end if
       call self%model%force(self%at, self%force)
-      call constrained_acceleration(self%a, self%b_second, self%force_form, self%m, self%reduced, self%force, self%r, &
+      call constrained_acceleration(self%a, self%b_second, self%force_form, self%m, 1.0_wp, self%reduced, self%force, self%r, &
                                     self%lambda, vdot)
    end subroutine solve_accelerations
 
-   !> Eq. (11b) or (19b): accelerations from the forces and A vdot = b''.
-   subroutine constrained_acceleration(a, b_second, force_form, m, reduced, f, r, lambda, vdot)
-      real(wp), intent(in), contiguous :: a(:, :), b_second(:)
+   !> Eq. (11b) or (19b): accelerations from the forces and A vdot = b''; the operator may be that of M/mass.
+   subroutine constrained_acceleration(a, b_second, force_form, m, mass, reduced, f, r, lambda, vdot)
+      type(sparse_rows_t), intent(in) :: a
+      real(wp), intent(in), contiguous :: b_second(:)
       logical, intent(in) :: force_form
       type(block_diagonal_t), intent(in) :: m
+      real(wp), intent(in) :: mass
       type(weighted_projection_t), intent(inout) :: reduced
       real(wp), intent(inout), contiguous :: f(:), r(:), lambda(:), vdot(:)
-      integer :: c, i, j, n
+      integer :: i
 
-      c = size(b_second)
-      n = size(f)
       ! Unconstrained acceleration a = M^-1 f, and the reduced one A a, Eq. (21).
-      vdot(:) = f
+      do i = 1, size(f)
+         vdot(i) = f(i)
+      end do
       call m%solve(1, vdot)
-      do i = 1, c
-         r(i) = -b_second(i)
-      end do
-      do j = 1, n
-         do i = 1, c
-            r(i) = r(i) + a(i, j)*vdot(j)
-         end do
-      end do
+      call a%multiply(vdot, r, b_second)
       ! lambda = S^+ (A a - b''), Eq. (14b).
       call reduced%multipliers(r, lambda)
-      if (force_form) then
-         ! (g), Eq. (19b): M vdot = f - A^T lambda.
-         do j = 1, n
-            do i = 1, c
-               f(j) = f(j) - a(i, j)*lambda(i)
-            end do
-         end do
-         vdot(:) = f
-         call m%solve(1, vdot)
-      else
-         ! (h), Eq. (11b): vdot = a - M^-1 A^T lambda.
-         call reduced%correction(lambda, vdot)
-      end if
+      ! (h), Eq. (11b): vdot = a - M^-1 A^T lambda.
+      if (.not. force_form) call reduced%correction(lambda, vdot)
+      do i = 1, size(lambda)
+         lambda(i) = mass*lambda(i)
+      end do
+      if (.not. force_form) return
+      ! (g), Eq. (19b): M vdot = f - A^T lambda.
+      call a%subtract_transposed(lambda, f)
+      do i = 1, size(f)
+         vdot(i) = f(i)
+      end do
+      call m%solve(1, vdot)
    end subroutine constrained_acceleration
 
    !> Replaces what the method replaces at the end of a step: coordinates by Eq. (17), velocities by Eq. (11a).
@@ -548,7 +550,7 @@ contains
       type(sample_t), intent(inout) :: s
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
-      integer :: i, iterations, n, n_x
+      integer :: iterations, n, n_x
 
       if (.not. allocated(s%mu)) &
          allocate (s%mu(self%model%c), s%lambda(self%model%c), s%outputs(self%model%n_outputs), source=0.0_wp)
@@ -560,20 +562,29 @@ contains
       self%projector%iterations = iterations
       if (info /= rhs_ok) return
       s%lambda(:) = self%lambda
-      if (self%kind == present_method) s%mu(:) = self%projector%mu
+      select case (self%kind)
+      case (present_method)
+         s%mu(:) = self%projector%mu
+         call self%projector%onto%minimum_norm(s%mu)
+         if (self%shares_mass .or. self%uniform_mass > 0.0_wp) then
+            call self%projector%onto%minimum_norm(s%lambda)
+         else
+            call self%reduced%minimum_norm(s%lambda)
+         end if
+      case (acceleration_level, braun_goldfarb)
+         call self%reduced%minimum_norm(s%lambda)
+      end select
 
       call self%unpack(t, y, self%at)
       call self%projector%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
       s%rank = self%projector%onto%rank
-      self%a(:, :) = self%projector%a
+      self%a%values(:) = self%projector%a%values
       call violations(self)
       s%phi = largest(self%phi)
       s%phidot = largest(self%r)
       call self%model%b_second(self%at, self%b_second)
-      do i = 1, self%model%c
-         self%r(i) = dot_product(self%a(i, :), self%dydt(n_x + 1:n_x + n)) - self%b_second(i)
-      end do
+      call self%a%multiply(self%dydt(n_x + 1:n_x + n), self%r, self%b_second)
       s%phiddot = largest(self%r)
       s%energy = self%model%energy(self%at)
       if (self%model%n_outputs > 0) call self%model%outputs(self%at, s%lambda, s%outputs)
@@ -581,12 +592,14 @@ contains
          s%phi_raw = self%phi_raw
          s%phidot_raw = self%phidot_raw
          s%mu(:) = self%mu_raw
+         call self%projector%onto%minimum_norm(s%mu)
       else
          s%phi_raw = s%phi
          s%phidot_raw = s%phidot
          if (self%kind /= present_method) then
             call self%projector%velocity(self%model, self%at)
             s%mu(:) = self%projector%mu
+            call self%projector%onto%minimum_norm(s%mu)
          end if
       end if
    end subroutine sample

@@ -2,6 +2,7 @@
 module taut_constrained_method
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
+   use taut_linalg_weighted_projection, only: solver_names
    implicit none (type, external)
    private
    public :: method_t, method_names
@@ -31,10 +32,13 @@ module taut_constrained_method
       character(len=24) :: state_projection = 'position-velocity'
       !> `present`: constraints corrected in `acceleration` form, Sect. 3.5 (h), or in `force` form, (g) and Eq. (19b).
       character(len=16) :: form = 'acceleration'
-      !> `auto`: S = A M^-1 A^T by Cholesky where that is safe and DGELSD otherwise; `dgelsd`: S always by DGELSD;
-      !! `factor`: DGELSD on A L^-T with M = L L^T, which does not square the condition number.
+      !> What is done with S = A M^-1 A^T. `auto`: of a system that states the pattern of A, `banded` where that pays; else
+      !! Cholesky with pivoting where its pivots leave no doubt about the rank, DGELSD where they do. `pivoted-cholesky`,
+      !! `dgelsd`: always that. `banded`: L D L^T in an ordering with a small bandwidth. `factor`: DGELSD on A L^-T with
+      !! M = L L^T, which does not square the condition number.
       character(len=16) :: solver = 'auto'
-      !> Relative size below which a singular value counts as zero; 0 for the default of the solver: 1e-12, `factor` 1e-9.
+      !> Relative size below which a singular value or a pivot counts as zero, a pivot relative to its own diagonal entry of S;
+      !! 0 for the default of the solver: 1e-12, `factor` 1e-9, `pivoted-cholesky` and `banded` 1e-8.
       real(wp) :: rcond = 0.0_wp
       !> Gains of `baumgarte` [1/s].
       real(wp) :: alpha = 2.0_wp, beta = 2.0_wp
@@ -73,7 +77,7 @@ contains
       call one_of('stage_projection', self%stage_projection, [character(len=24) :: 'newton', 'none'])
       call one_of('state_projection', self%state_projection, [character(len=24) :: 'none', 'position', 'position-velocity'])
       call one_of('form', self%form, [character(len=24) :: 'acceleration', 'force'])
-      call one_of('solver', self%solver, [character(len=24) :: 'auto', 'dgelsd', 'factor'])
+      call one_of('solver', self%solver, solver_names)
       if (.not. (self%rcond >= 0.0_wp .and. self%rcond < 1.0_wp)) &
          call raise(error, here, 'rcond = '//to_text(self%rcond)//' is not between 0 and 1', 'give 0 for the default')
       if (.not. self%projection_tolerance > 0.0_wp) &

@@ -6,19 +6,20 @@ module taut_constrained_projection
    use taut_constrained_method, only: method_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_weighted_projection, only: weighted_projection_t, solver_auto, solver_dgelsd, solver_factor
+   use taut_linalg_sparse_rows, only: sparse_rows_t
+   use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
    use taut_ode_system, only: rhs_ok, rhs_retry, rhs_no_projection
    implicit none (type, external)
    private
-   public :: projector_t, relative_violation, solver_code
+   public :: projector_t, relative_violation, lay_out_jacobian, evaluate_jacobian
 
    !> Why a projection failed.
    integer, parameter :: no_reason = 0, not_converged = 1, inconsistent = 2, not_finite = 3, weight_not_positive = 4
 
    !> Projection in the metric W, and its workspace.
    type :: projector_t
-      !> Constraint matrix at the last `linearize`: (c, n).
-      real(wp), allocatable :: a(:, :)
+      !> Constraint matrix at the last `linearize`.
+      type(sparse_rows_t) :: a
       !> b' at the last `velocity`: (c).
       real(wp), allocatable :: b_prime(:)
       !> Multipliers mu of Eq. (14a) at the last `velocity`: (c).
@@ -55,17 +56,50 @@ module taut_constrained_projection
 
 contains
 
-   !> The solver's number for its name.
-   pure function solver_code(name) result(code)
-      !> `auto`, `dgelsd` or `factor`.
-      character(*), intent(in) :: name
-      !> Its constant in `taut_linalg_weighted_projection`.
-      integer :: code
+   !> Lays out the constraint matrix of a system, with all its entries or with those of the system's pattern.
+   subroutine lay_out_jacobian(model, a)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> The matrix.
+      type(sparse_rows_t), intent(inout) :: a
+      integer, allocatable :: first(:), column(:)
 
-      code = solver_auto
-      if (name == 'dgelsd') code = solver_dgelsd
-      if (name == 'factor') code = solver_factor
-   end function solver_code
+      call model%pattern(first, column)
+      if (allocated(first)) then
+         call a%set_pattern(model%n, first, column)
+      else
+         call a%init(model%c, model%n)
+      end if
+   end subroutine lay_out_jacobian
+
+   !> Computes the entries of the constraint matrix at a state.
+   subroutine evaluate_jacobian(model, at, a)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state.
+      type(state_t), intent(in) :: at
+      !> The matrix, laid out.
+      type(sparse_rows_t), intent(inout) :: a
+
+      if (.not. a%full) then
+         call model%jacobian_entries(at, a%values)
+      else if (a%c == 1) then
+         call evaluate_row(model, at, a%n, a%values)
+      else if (a%c > 1) then
+         call model%jacobian(at, a%all_entries)
+         call a%set_dense(a%all_entries)
+      end if
+   end subroutine evaluate_jacobian
+
+   !> One row is laid out like its matrix.
+   subroutine evaluate_row(model, at, n, a)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      integer, intent(in) :: n
+      real(wp), intent(inout) :: a(1, n)
+
+      call model%jacobian(at, a)
+   end subroutine evaluate_row
 
    !> Allocates the workspace; nothing is allocated afterwards.
    subroutine init(self, model, method)
@@ -75,6 +109,7 @@ contains
       class(mechanical_system_t), intent(in) :: model
       !> Weight, tolerances, solver.
       type(method_t), intent(in) :: method
+      integer, allocatable :: blocks(:)
 
       self%identity = method%weight == 'identity'
       self%w_is_mass = method%weight == 'mass'
@@ -83,15 +118,20 @@ contains
       self%tolerance = method%projection_tolerance
       self%max_iterations = method%max_iterations
       self%all_holonomic = model%n_phi == model%c
-      if (allocated(self%a)) deallocate (self%a, self%b_prime, self%mu, self%r, self%normal, self%phi, self%nu, self%d, &
-                                         self%x_before)
-      allocate (self%a(model%c, model%n), self%b_prime(model%c), self%mu(model%c), self%r(model%c), &
-                self%normal(model%c), self%phi(model%n_phi), self%nu(model%n_phi), self%d(model%n), &
-                self%x_before(model%n_x), source=0.0_wp)
+      if (allocated(self%b_prime)) deallocate (self%b_prime, self%mu, self%r, self%normal, self%phi, self%nu, self%d, &
+                                               self%x_before)
+      allocate (self%b_prime(model%c), self%mu(model%c), self%r(model%c), self%normal(model%c), self%phi(model%n_phi), &
+                self%nu(model%n_phi), self%d(model%n), self%x_before(model%n_x), source=0.0_wp)
+      call lay_out_jacobian(model, self%a)
       call self%w%init(model%mass_blocks)
-      call self%onto%init(model%c, model%n, solver_code(method%solver), method%rcond)
+      if (self%identity) then
+         blocks = spread(1, 1, model%n)
+      else
+         blocks = model%mass_blocks
+      end if
+      call self%onto%init(self%a, model%c, blocks, solver_code(method%solver), method%rcond)
       if (.not. self%all_holonomic) &
-         call self%onto_holonomic%init(model%n_phi, model%n, solver_code(method%solver), method%rcond)
+         call self%onto_holonomic%init(self%a, model%n_phi, blocks, solver_code(method%solver), method%rcond)
    end subroutine init
 
    !> W at a state, factorized.
@@ -115,7 +155,8 @@ contains
 
    !> Newton's iteration (17): x (+) (-W^-1 A^T S^+ phi) until no entry of phi exceeds the tolerance.
    !!
-   !! Source: Eqs (16), (17). A step that does not reduce phi is halved.
+   !! Source: Eqs (16), (17). A step that does not reduce phi is halved. A and S are kept after an iteration that leaves less
+   !! than a thousandth of phi.
    subroutine position(self, model, at, info, threshold)
       !> The projector.
       class(projector_t), intent(inout) :: self
@@ -127,8 +168,9 @@ contains
       integer, intent(out) :: info
       !> Violation up to which nothing is done; default: the tolerance of the method.
       real(wp), intent(in), optional :: threshold
-      real(wp) :: before, least, noise, reach, scale
+      real(wp) :: before, largest, least, noise, reach, scale
       integer :: iteration
+      logical :: renew
 
       info = rhs_ok
       call model%normalize(at%x)
@@ -136,78 +178,111 @@ contains
       self%phi_raw = 0.0_wp
       if (model%n_phi == 0) return
       call model%constraint(at, self%phi)
-      if (.not. all(ieee_is_finite(self%phi))) then
+      self%residual = largest_entry(self%phi)
+      if (.not. ieee_is_finite(self%residual)) then
          call give_up(self, not_finite, info)
          return
       end if
-      self%residual = maxval(abs(self%phi))
       self%phi_raw = self%residual
       if (present(threshold)) then
          if (self%residual <= threshold) return
       end if
+      renew = .true.
+      noise = 0.0_wp
       do iteration = 1, self%max_iterations + 1
-         scale = epsilon(1.0_wp)*maxval(abs(at%x))
+         if (self%residual <= self%tolerance) return
+         scale = epsilon(1.0_wp)*largest_entry(at%x)
          least = max(self%tolerance, 4.0_wp*scale)
          if (self%residual <= least) return
          if (iteration > self%max_iterations) exit
          self%iterations = self%iterations + 1
-         call model%jacobian(at, self%a)
-         call renew_weight(self, model, at, info)
-         if (info /= 0) then
-            call give_up(self, weight_not_positive, info)
-            return
+         if (renew) then
+            call evaluate_jacobian(model, at, self%a)
+            call renew_weight(self, model, at, info)
+            if (info /= 0) then
+               call give_up(self, weight_not_positive, info)
+               return
+            end if
+            noise = 0.0_wp
+            if (model%n_phi > 1) noise = relative_violation(self%phi, self%a, at%x)
          end if
-         noise = 0.0_wp
-         if (model%n_phi > 1) noise = relative_violation(self%phi, self%a, at%x)
-         call newton_step(self, model%n_phi, noise, reach, info)
-         if (info == rhs_ok .and. noise > 0.0_wp .and. reach < 0.5_wp*self%residual) &
-            call newton_step(self, model%n_phi, 0.0_wp, reach, info)
+         call newton_step(self, renew, noise, reach, largest, info)
+         if (info == rhs_ok .and. renew .and. noise > 0.0_wp .and. reach < 0.5_wp*self%residual) &
+            call newton_step(self, renew, 0.0_wp, reach, largest, info)
          if (info /= rhs_ok) return
          if (reach <= least .or. (reach <= 1.0e-6_wp*self%residual .and. .not. self%accept_inconsistent)) then
             if (self%accept_inconsistent) return
             call give_up(self, inconsistent, info)
             return
          end if
-         if (maxval(abs(self%d)) <= 2.0_wp*scale .and. reach >= 0.5_wp*self%residual) return
+         if (largest <= 2.0_wp*scale .and. reach >= 0.5_wp*self%residual) return
+         reach = self%residual
          before = dot_product(self%phi, self%phi)
          call move(self, model, at, before, info)
          if (info /= rhs_ok) return
+         renew = self%residual > 1.0e-3_wp*reach
       end do
       call give_up(self, not_converged, info)
    end subroutine position
 
-   !> d = -W^-1 A^T S^+ phi with the holonomic rows, and the largest entry of A d: what d will change in phi.
-   subroutine newton_step(self, n_phi, noise, reach, info)
-      type(projector_t), intent(inout) :: self
-      integer, intent(in) :: n_phi
-      real(wp), intent(in) :: noise
-      real(wp), intent(out) :: reach
-      integer, intent(out) :: info
+   !> Largest absolute entry; not finite if one of them is not.
+   pure function largest_entry(values) result(value)
+      real(wp), intent(in), contiguous :: values(:)
+      real(wp) :: value
       integer :: i
 
-      self%d(:) = 0.0_wp
-      reach = 0.0_wp
-      if (self%all_holonomic) then
-         call self%onto%update(self%a, self%w, self%identity, info, noise)
-         if (info == 0) then
-            call self%onto%multipliers(self%phi, self%nu)
-            call self%onto%correction(self%nu, self%d)
+      value = 0.0_wp
+      do i = 1, size(values)
+         if (.not. ieee_is_finite(values(i))) then
+            value = values(i)
+            return
          end if
-      else
-         call self%onto_holonomic%update(self%a, self%w, self%identity, info, noise)
-         if (info == 0) then
-            call self%onto_holonomic%multipliers(self%phi, self%nu)
-            call self%onto_holonomic%correction(self%nu, self%d)
-         end if
-      end if
-      if (info /= 0 .or. .not. all(ieee_is_finite(self%d))) then
-         call give_up(self, not_finite, info)
-         return
-      end if
-      info = rhs_ok
-      do i = 1, n_phi
-         reach = max(reach, abs(dot_product(self%a(i, :), self%d)))
+         value = max(value, abs(values(i)))
       end do
+   end function largest_entry
+
+   !> d = -W^-1 A^T S^+ phi with the holonomic rows, its largest entry, and that of A d: what d will change in phi.
+   subroutine newton_step(self, renew, noise, reach, largest, info)
+      type(projector_t), intent(inout) :: self
+      logical, intent(in) :: renew
+      real(wp), intent(in) :: noise
+      real(wp), intent(out) :: reach, largest
+      integer, intent(out) :: info
+
+      if (self%all_holonomic) then
+         call step_with(self%onto)
+      else
+         call step_with(self%onto_holonomic)
+      end if
+
+   contains
+
+      subroutine step_with(onto)
+         type(weighted_projection_t), intent(inout) :: onto
+
+         reach = 0.0_wp
+         largest = 0.0_wp
+         info = 0
+         if (renew) call onto%update(self%a, self%w, self%identity, info, noise)
+         if (info == 0) then
+            self%d(:) = 0.0_wp
+            call onto%multipliers(self%phi, self%nu)
+            call onto%correction(self%nu, self%d)
+            largest = largest_entry(self%d)
+         end if
+         if (info /= 0 .or. .not. ieee_is_finite(largest)) then
+            call give_up(self, not_finite, info)
+            return
+         end if
+         info = rhs_ok
+         if (onto%rank == onto%c) then
+            reach = self%residual
+         else
+            call self%a%multiply(self%d, self%nu)
+            reach = largest_entry(self%nu)
+         end if
+      end subroutine step_with
+
    end subroutine newton_step
 
    !> x := x (+) d, with d halved until phi has become smaller.
@@ -218,16 +293,18 @@ contains
       real(wp), intent(in) :: before
       integer, intent(out) :: info
       integer :: halving
+      real(wp) :: largest
 
       self%x_before(:) = at%x
       do halving = 0, 10
          call model%displace(self%d, at%x)
          call model%normalize(at%x)
          call model%constraint(at, self%phi)
-         if (all(ieee_is_finite(self%phi))) then
+         largest = largest_entry(self%phi)
+         if (ieee_is_finite(largest)) then
             ! Where constraints are inconsistent, what can be reduced may be less than round-off of what cannot.
             if (dot_product(self%phi, self%phi) <= before*(1.0_wp + 8.0_wp*epsilon(1.0_wp))) then
-               self%residual = maxval(abs(self%phi))
+               self%residual = largest
                info = rhs_ok
                return
             end if
@@ -242,21 +319,31 @@ contains
    !> How far the rows of A may be from those on the manifold: the distance to it, relative to the size of the coordinates.
    pure function relative_violation(phi, a, x) result(value)
       !> Violation of the holonomic constraints: (n_phi).
-      real(wp), intent(in) :: phi(:)
-      !> Constraint matrix, holonomic rows first: (at least n_phi, n).
-      real(wp), intent(in) :: a(:, :)
+      real(wp), intent(in), contiguous :: phi(:)
+      !> Constraint matrix, holonomic rows first.
+      type(sparse_rows_t), intent(in) :: a
       !> Coordinates: (n_x).
-      real(wp), intent(in) :: x(:)
+      real(wp), intent(in), contiguous :: x(:)
       !> Between 0 and 1.
       real(wp) :: value
       real(wp) :: row, scale
-      integer :: i
+      integer :: begin, i, k, last
 
       value = 0.0_wp
-      scale = maxval(abs(x))
-      if (.not. scale > tiny(1.0_wp)) return
+      scale = largest_entry(x)
+      if (.not. (ieee_is_finite(scale) .and. scale > tiny(1.0_wp))) return
       do i = 1, size(phi)
-         row = norm2(a(i, :))
+         if (a%full) then
+            begin = (i - 1)*a%n + 1
+            last = i*a%n
+         else
+            begin = a%first(i)
+            last = a%first(i + 1) - 1
+         end if
+         row = 0.0_wp
+         do k = begin, last
+            row = max(row, abs(a%values(k)))
+         end do
          if (row > tiny(1.0_wp)) value = max(value, min(1.0_wp, abs(phi(i))/(row*scale)))
       end do
    end function relative_violation
@@ -274,7 +361,7 @@ contains
       !> Relative error of the rows of A for want of a state that meets the constraints.
       real(wp), intent(in) :: noise
 
-      call model%jacobian(at, self%a)
+      call evaluate_jacobian(model, at, self%a)
       call renew_weight(self, model, at, info)
       if (info /= 0) then
          call give_up(self, weight_not_positive, info)
@@ -316,20 +403,12 @@ contains
       class(mechanical_system_t), intent(in) :: model
       !> Its state.
       type(state_t), intent(in) :: at
-      integer :: i, j
 
       self%phidot_raw = 0.0_wp
       if (model%c == 0) return
       call model%b_prime(at, self%b_prime)
-      do i = 1, model%c
-         self%r(i) = -self%b_prime(i)
-      end do
-      do j = 1, model%n
-         do i = 1, model%c
-            self%r(i) = self%r(i) + self%a(i, j)*at%v(j)
-         end do
-      end do
-      self%phidot_raw = maxval(abs(self%r))
+      call self%a%multiply(at%v, self%r, self%b_prime)
+      self%phidot_raw = largest_entry(self%r)
    end subroutine velocity_violation
 
    !> Takes the part normal to the constraints off a small change of x, after `linearize`.
@@ -342,13 +421,10 @@ contains
       type(state_t), intent(in) :: at
       !> Change of the coordinates: (n_x).
       real(wp), intent(inout), contiguous :: e(:)
-      integer :: i
 
       if (model%n_phi == 0) return
       call model%v_of_x_rate(at, e, self%d)
-      do i = 1, model%n_phi
-         self%phi(i) = dot_product(self%a(i, :), self%d)
-      end do
+      call self%a%multiply(self%d, self%phi)
       if (self%all_holonomic) then
          call self%onto%multipliers(self%phi, self%nu)
          call self%onto%correction(self%nu, self%d)
@@ -367,12 +443,9 @@ contains
       class(mechanical_system_t), intent(in) :: model
       !> Change of the velocities: (n).
       real(wp), intent(inout), contiguous :: e(:)
-      integer :: i
 
       if (model%c == 0) return
-      do i = 1, model%c
-         self%r(i) = dot_product(self%a(i, :), e)
-      end do
+      call self%a%multiply(e, self%r)
       call self%onto%multipliers(self%r, self%normal)
       call self%onto%correction(self%normal, e)
    end subroutine filter_velocity

@@ -3,10 +3,10 @@ module taut_constrained_projectors
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_method, only: method_t
-   use taut_constrained_projection, only: projector_t, solver_code
+   use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_weighted_projection, only: weighted_projection_t
+   use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
    implicit none (type, external)
    private
    public :: projectors
@@ -57,13 +57,13 @@ contains
          call raise(error, here, 'the mass matrix is not positive definite at row '//to_text(info), 'correct the masses')
          return
       end if
-      call reduced%init(model%c, model%n, solver_code(method%solver), method%rcond)
+      call reduced%init(projector%a, model%c, model%mass_blocks, solver_code(method%solver), method%rcond)
       call reduced%update(projector%a, m, .false., info, 0.0_wp)
       allocate (b(model%c))
       call model%b_prime(at, b)
-      call apply(projector%onto, projector%a, b, p_v_matrix, p_v)
+      call apply(projector%onto, projector%a%dense(), b, p_v_matrix, p_v)
       call model%b_second(at, b)
-      call apply(reduced, projector%a, b, p_a_matrix, p_a)
+      call apply(reduced, projector%a%dense(), b, p_a_matrix, p_a)
    end subroutine projectors
 
    !> K^-1 A^T S^+ applied to the columns of A and to b.

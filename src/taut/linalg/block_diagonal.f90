@@ -35,6 +35,8 @@ module taut_linalg_block_diagonal
       procedure :: solve
       procedure :: solve_lower
       procedure :: solve_lower_transposed
+      procedure :: solve_block
+      procedure :: divide
       procedure :: multiply
    end type block_diagonal_t
 
@@ -223,6 +225,53 @@ contains
          call dpotrs('L', s, m, self%factor(self%offset(i) + 1), s, b(self%first(i), 1), self%n, info)
       end do
    end subroutine solve
+
+   !> x := K_b^-1 x with one block, after `factorize`.
+   pure subroutine solve_block(self, b, x)
+      !> The factorized matrix.
+      class(block_diagonal_t), intent(in) :: self
+      !> Index of the block.
+      integer, intent(in) :: b
+      !> Right-hand side, replaced by the solution: (size of the block).
+      real(wp), intent(inout), contiguous :: x(:)
+      integer :: i, j, o, s
+
+      if (self%diagonal) then
+         x(1) = self%factor(b)*x(1)
+         return
+      end if
+      o = self%offset(b)
+      s = size(x)
+      do j = 1, s
+         x(j) = x(j)/self%factor(o + (j - 1)*s + j)
+         do i = j + 1, s
+            x(i) = x(i) - self%factor(o + (j - 1)*s + i)*x(j)
+         end do
+      end do
+      do j = s, 1, -1
+         do i = j + 1, s
+            x(j) = x(j) - self%factor(o + (j - 1)*s + i)*x(i)
+         end do
+         x(j) = x(j)/self%factor(o + (j - 1)*s + j)
+      end do
+   end subroutine solve_block
+
+   !> y_k = x_k/K_ll with l = column_k, for a matrix whose blocks have size one, after `factorize`.
+   pure subroutine divide(self, column, x, y)
+      !> The factorized matrix.
+      class(block_diagonal_t), intent(in) :: self
+      !> Row of the matrix that belongs to each entry.
+      integer, intent(in), contiguous :: column(:)
+      !> What is divided: (at least as many).
+      real(wp), intent(in), contiguous :: x(:)
+      !> The quotients: (as many).
+      real(wp), intent(out), contiguous :: y(:)
+      integer :: k
+
+      do k = 1, size(column)
+         y(k) = x(k)*self%factor(column(k))
+      end do
+   end subroutine divide
 
    !> B := L^-1 B, where K = L L^T, after `factorize`.
    subroutine solve_lower(self, m, b)

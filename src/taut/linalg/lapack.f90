@@ -6,7 +6,7 @@ module taut_linalg_lapack
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: dpotrf, dpotrs, dpocon, dgelsd, dgemm, dtrtrs, dgeqp3, dorgqr, dgetrf, dgetrs, dgecon, dsygv, dgeev
+   public :: dpotrf, dpotrs, dpstrf, dgelsd, dgemm, dtrtrs, dgeqp3, dorgqr, dgetrf, dgetrs, dgecon, dsygv, dgeev
 
    interface
       !> Cholesky factorization of a symmetric positive definite matrix.
@@ -30,18 +30,17 @@ module taut_linalg_lapack
          integer, intent(out) :: info
       end subroutine dpotrs
 
-      !> Estimates the reciprocal condition number from the factor of `dpotrf`.
-      subroutine dpocon(uplo, n, a, lda, anorm, rcond, work, iwork, info)
+      !> Cholesky factorization with pivoting of a symmetric positive semi-definite matrix.
+      subroutine dpstrf(uplo, n, a, lda, piv, rank, tol, work, info)
          import :: wp
          implicit none (type, external)
          character, intent(in) :: uplo
          integer, intent(in) :: n, lda
-         real(wp), intent(in) :: a(lda, *), anorm
-         real(wp), intent(out) :: rcond
-         real(wp), intent(inout) :: work(*)
-         integer, intent(inout) :: iwork(*)
-         integer, intent(out) :: info
-      end subroutine dpocon
+         real(wp), intent(inout) :: a(lda, *), work(*)
+         integer, intent(inout) :: piv(*)
+         integer, intent(out) :: rank, info
+         real(wp), intent(in) :: tol
+      end subroutine dpstrf
 
       !> Minimum-norm least-squares solution by the singular value decomposition. LDB must reach max(m, n).
       subroutine dgelsd(m, n, nrhs, a, lda, b, ldb, s, rcond, rank, work, lwork, iwork, info)

@@ -5,18 +5,21 @@
 module taut_linalg_pseudo_inverse
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
-   use taut_linalg_lapack, only: dpotrf, dpotrs, dpocon, dgelsd
+   use taut_linalg_lapack, only: dgelsd
+   use taut_linalg_pivoted_cholesky, only: pivoted_cholesky_t
    implicit none (type, external)
    private
    public :: pseudo_inverse_t, singular_value_inverse_t, effective_rank
-   public :: path_none, path_cholesky, path_singular_values, path_name
+   public :: path_none, path_cholesky, path_singular_values, path_pivots, path_name
 
    !> How the last matrix was treated.
-   integer, parameter :: path_none = 0, path_cholesky = 1, path_singular_values = 2
+   integer, parameter :: path_none = 0, path_cholesky = 1, path_singular_values = 2, path_pivots = 3
 
-   !> Matrices whose reciprocal condition number reaches this are safely of full rank: no singular value can be
-   !! mistaken for one that round-off or a slightly violated constraint has made out of a zero.
+   !> Pivots and singular values above this are safely not zero: they cannot be mistaken for what round-off or a slightly
+   !! violated constraint has made out of a zero.
    real(wp), parameter :: safe_rcond = 1.0e-8_wp
+   !> A pivot can be larger than the singular value that it stands for: it decides only if it is that much clearer.
+   real(wp), parameter :: clearly = 10.0_wp
    !> Ratio of neighboring singular values that tells 'small' from 'nothing but noise' below `safe_rcond`.
    real(wp), parameter :: gap = 1.0e3_wp
    !> Where the singular values that count spread more than this, those of the scaled matrix are used.
@@ -42,24 +45,26 @@ module taut_linalg_pseudo_inverse
 
    !> Minimum-norm solution of S x = r, S symmetric positive semi-definite of any rank.
    !!
-   !! `compute` factorizes, `solve` applies. Cholesky where S is safely of full rank, DGELSD otherwise.
+   !! `compute` factorizes, `solve` applies. Cholesky with pivoting where its pivots leave no doubt about the rank, DGELSD
+   !! otherwise.
    type :: pseudo_inverse_t
       !> Singular values below `rcond` times the largest one (of S scaled to unit diagonal) count as zero. S = A M^-1 A^T
       !! is formed with an error of some n units of round-off, so that nothing below 1e-12 carries information for n up to
       !! thousands; 1e-12 on S is 1e-6 on A M^-1/2.
       real(wp) :: rcond = 1.0e-12_wp
-      !> Whether the Cholesky path is left out.
-      logical :: always_singular_values = .false.
+      !> Whether the Cholesky path is left out, or is the only one.
+      logical :: always_singular_values = .false., never_singular_values = .false.
       !> Rank of the last matrix.
       integer :: rank = 0
-      !> Estimate of the condition number of the last matrix (scaled to unit diagonal), zeros left out.
+      !> Condition number of the last matrix (scaled to unit diagonal), zeros left out; by Cholesky, the ratio of the
+      !! pivots, which is a lower bound.
       real(wp) :: condition = 1.0_wp
       !> How the last matrix was treated: one of the `path_` constants.
       integer :: path = path_none
       integer, private :: n = 0
       real(wp), private :: reciprocal = 0.0_wp
-      real(wp), allocatable, private :: scale(:), factor(:, :), work(:)
-      integer, allocatable, private :: iwork(:)
+      real(wp), allocatable, private :: scale(:)
+      type(pivoted_cholesky_t), private :: cholesky
       type(singular_value_inverse_t), private :: general
    contains
       procedure :: init
@@ -78,10 +83,10 @@ contains
       integer, intent(in) :: n
 
       self%n = n
-      if (allocated(self%scale)) deallocate (self%scale, self%factor, self%work, self%iwork)
-      allocate (self%scale(n), self%factor(n, n), self%work(3*n), source=0.0_wp)
-      allocate (self%iwork(n), source=0)
-      call self%general%init(n, n)
+      if (allocated(self%scale)) deallocate (self%scale)
+      allocate (self%scale(n), source=0.0_wp)
+      if (.not. self%always_singular_values) call self%cholesky%init(n)
+      if (.not. self%never_singular_values) call self%general%init(n, n)
    end subroutine init
 
    !> Prepares the solution with one matrix.
@@ -97,7 +102,8 @@ contains
       !! singular values of S up to its square can be made of nothing else. Default 0.
       real(wp), intent(in), optional :: noise
       integer :: i, j, n, stat
-      real(wp) :: anorm, column, doubtful, rcond
+      real(wp) :: doubtful
+      logical :: finite, settled
 
       n = self%n
       info = 0
@@ -112,37 +118,26 @@ contains
 
       doubtful = safe_rcond
       if (present(noise)) doubtful = max(doubtful, min(1.0_wp, (noise_factor*noise)**2))
+      finite = .true.
+      do j = 1, n
+         do i = j, n
+            finite = finite .and. ieee_is_finite(s(i, j))
+         end do
+      end do
+      if (.not. finite) then
+         info = 1
+         return
+      end if
       do i = 1, n
-         if (.not. all(ieee_is_finite(s(i:n, i)))) then
-            info = 1
-            return
-         end if
          self%scale(i) = 1.0_wp
          if (s(i, i) > tiny(1.0_wp)) self%scale(i) = 1.0_wp/sqrt(s(i, i))
       end do
-      self%path = path_singular_values
       if (.not. self%always_singular_values) then
-         do j = 1, n
-            do i = j, n
-               self%factor(i, j) = self%scale(i)*s(i, j)*self%scale(j)
-            end do
-         end do
-         anorm = 0.0_wp
-         do j = 1, n
-            column = sum(abs(self%factor(j, 1:j))) + sum(abs(self%factor(j + 1:n, j)))
-            anorm = max(anorm, column)
-         end do
-         call dpotrf('L', n, self%factor, n, stat)
-         if (stat == 0) then
-            call dpocon('L', n, self%factor, n, anorm, rcond, self%work, self%iwork, stat)
-            if (stat == 0 .and. rcond >= max(doubtful, self%rcond)) then
-               self%path = path_cholesky
-               self%rank = n
-               self%condition = 1.0_wp/rcond
-               return
-            end if
-         end if
+         call self%cholesky%factorize(s, self%scale, max(n, 10)*epsilon(1.0_wp))
+         call judge_pivots(self, doubtful, settled)
+         if (settled) return
       end if
+      self%path = path_singular_values
       ! Above the diagonal nothing was looked at so far, and LAPACK's iteration for singular values may never end there.
       if (.not. all(ieee_is_finite(s(1:n, 1:n)))) then
          info = 1
@@ -153,6 +148,34 @@ contains
       self%rank = self%general%rank
       self%condition = self%general%condition
    end subroutine compute
+
+   !> The rank from the pivots, where they leave no doubt.
+   !!
+   !! They are as good as singular values but for a factor: see `effective_rank`.
+   subroutine judge_pivots(self, doubtful, settled)
+      type(pseudo_inverse_t), intent(inout) :: self
+      real(wp), intent(in) :: doubtful
+      logical, intent(out) :: settled
+      integer :: rank
+
+      associate (p => self%cholesky%pivot)
+         if (self%never_singular_values) then
+            rank = effective_rank(p, max(self%rcond, epsilon(1.0_wp)), doubtful)
+            settled = .true.
+         else
+            rank = count(p > clearly*max(doubtful, self%rcond))
+            settled = rank == self%n
+            if (.not. settled .and. rank > 0) settled = p(rank + 1) <= min(doubtful/clearly, p(rank)/(clearly*gap))
+         end if
+         if (.not. settled) return
+         self%path = path_pivots
+         if (rank == self%n) self%path = path_cholesky
+         self%rank = rank
+         self%condition = 1.0_wp
+         if (rank > 0) self%condition = p(1)/p(rank)
+      end associate
+      call self%cholesky%set_rank(rank, self%scale)
+   end subroutine judge_pivots
 
    !> The same for a single constraint, S = s: Cholesky's factorization of one number.
    pure subroutine compute_single(self, s, info)
@@ -178,23 +201,17 @@ contains
    !> x = S^+ r, after `compute`.
    subroutine solve(self, r, x)
       !> The prepared solver.
-      class(pseudo_inverse_t), intent(in) :: self
+      class(pseudo_inverse_t), intent(inout) :: self
       !> Right-hand side: (n).
       real(wp), intent(in), contiguous :: r(:)
       !> Minimum-norm (least-squares) solution: (n).
       real(wp), intent(out), contiguous :: x(:)
-      integer :: i, j, stat
+      integer :: i, j
 
       if (self%n == 1 .and. self%path == path_cholesky) then
          x(1) = self%reciprocal*r(1)
-      else if (self%path == path_cholesky) then
-         do i = 1, self%n
-            x(i) = self%scale(i)*r(i)
-         end do
-         call dpotrs('L', self%n, 1, self%factor, self%n, x, self%n, stat)
-         do i = 1, self%n
-            x(i) = self%scale(i)*x(i)
-         end do
+      else if (self%path == path_cholesky .or. self%path == path_pivots) then
+         call self%cholesky%solve(self%scale, r, x)
       else
          x(1:self%n) = 0.0_wp
          do j = 1, self%n
@@ -357,6 +374,8 @@ contains
          name = 'cholesky'
       case (path_singular_values)
          name = 'singular values'
+      case (path_pivots)
+         name = 'pivots'
       case default
          name = 'none'
       end select

@@ -4,21 +4,33 @@
 module taut_linalg_weighted_projection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
+   use taut_linalg_banded_factor, only: banded_factor_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_lapack, only: dgemm
+   use taut_linalg_normal_matrix, only: normal_matrix_t
+   use taut_linalg_pivoted_cholesky, only: orthonormalize, remove_components
    use taut_linalg_pseudo_inverse, only: pseudo_inverse_t, singular_value_inverse_t, path_singular_values
+   use taut_linalg_sparse_rows, only: sparse_rows_t
    implicit none (type, external)
    private
-   public :: weighted_projection_t, solver_auto, solver_dgelsd, solver_factor
+   public :: weighted_projection_t, solver_code, solver_names
+   public :: solver_auto, solver_dgelsd, solver_factor, solver_pivoted, solver_banded
 
-   !> How the pseudo-inverse is had: `auto` and `dgelsd` form S = A K^-1 A^T and use Cholesky where it is safe, or never;
-   !! `factor` applies DGELSD to A L^-T, K = L L^T, which does not square the condition number.
-   integer, parameter :: solver_auto = 1, solver_dgelsd = 2, solver_factor = 3
+   !> How S^+ is had, S = A K^-1 A^T.
+   !!
+   !! `auto`: of an A with a pattern, banded where that pays; otherwise Cholesky with pivoting where its pivots leave no doubt
+   !! about the rank, and DGELSD where they do. `dgelsd`: always that. `factor`: DGELSD on A L^-T, K = L L^T, which does not
+   !! square the condition number. `pivoted-cholesky`: always that. `banded`: L D L^T in an ordering with a small bandwidth.
+   integer, parameter :: solver_auto = 1, solver_dgelsd = 2, solver_factor = 3, solver_pivoted = 4, solver_banded = 5
+   character(len=16), parameter :: solver_names(5) = [character(len=16) :: 'auto', 'dgelsd', 'factor', 'pivoted-cholesky', &
+                                                      'banded']
 
    !> Below this product of sizes, loops are faster than a call of DGEMM.
-   integer, parameter :: small = 2000
+   integer, parameter :: small = 20000
    !> The doubtful zone of singular values of A L^-T: the root of that of S.
    real(wp), parameter :: doubtful_factor = 1.0e-4_wp
+   !> Relative size below which a pivot counts as zero, unless the user says otherwise; and that of the largest noise.
+   real(wp), parameter :: pivot_rcond = 1.0e-8_wp, largest_cut = 1.0e-6_wp
 
    !> Constraint matrix A with a metric K, ready to be applied.
    type :: weighted_projection_t
@@ -28,66 +40,113 @@ module taut_linalg_weighted_projection
       integer :: n = 0
       !> Rank of A.
       integer :: rank = 0
-      !> S = A K^-1 A^T: (c, c), the inverse of the paper's reduced mass matrix, Eq. (20); not formed by `factor`.
+      !> S = A K^-1 A^T: (c, c), the inverse of the paper's reduced mass matrix, Eq. (20); not formed by `factor` and `banded`.
       real(wp), allocatable :: s(:, :)
-      !> K^-1 A^T: (n, c).
+      !> K^-1 A^T: (n, c); not formed if A has a pattern.
       real(wp), allocatable :: kinv_at(:, :)
       type(pseudo_inverse_t) :: s_plus
       integer, private :: solver = solver_auto
-      real(wp), private :: rcond_factor = 1.0e-9_wp
+      logical, private :: structured = .false., banded = .false., single = .false.
+      real(wp), private :: rcond_factor = 1.0e-9_wp, rcond_pivot = pivot_rcond
       real(wp), allocatable, private :: a_linvt(:, :), row(:), ones(:), z(:)
-      integer, private :: columns = 0
-      integer, allocatable, private :: column(:)
       type(singular_value_inverse_t), private :: root
+      type(normal_matrix_t), private :: normal
+      type(banded_factor_t), private :: factor
    contains
       procedure :: init
       procedure :: update
       procedure :: multipliers
+      procedure :: minimum_norm
       procedure :: correction
    end type weighted_projection_t
 
 contains
 
+   !> The solver's number for its name; 0 if there is none of that name.
+   pure function solver_code(name) result(code)
+      !> One of `solver_names`.
+      character(*), intent(in) :: name
+      !> Its constant.
+      integer :: code
+
+      do code = size(solver_names), 1, -1
+         if (solver_names(code) == name) return
+      end do
+   end function solver_code
+
    !> Allocates the workspace; nothing is allocated afterwards.
-   subroutine init(self, c, n, solver, rcond)
+   subroutine init(self, a, c, sizes, solver, rcond)
       !> The operator.
-      class(weighted_projection_t), intent(inout) :: self
-      !> Number of rows of A.
+      class(weighted_projection_t), intent(out) :: self
+      !> A matrix with the pattern of A.
+      type(sparse_rows_t), intent(in) :: a
+      !> How many of its rows are used, from the first one on.
       integer, intent(in) :: c
-      !> Number of columns of A.
-      integer, intent(in) :: n
+      !> Sizes of the blocks of K.
+      integer, intent(in) :: sizes(:)
       !> One of the `solver_` constants.
       integer, intent(in) :: solver
-      !> Relative size below which singular values count as zero, of S or, for `factor`, of A L^-T; 0 takes the default,
-      !! 1e-12 and 1e-9.
+      !> Relative size below which singular values count as zero, of S or, for `factor`, of A L^-T, and below which pivots do;
+      !! 0 takes the default, 1e-12, 1e-9 and 1e-8.
       real(wp), intent(in) :: rcond
+      type(sparse_rows_t) :: filled
+      integer :: i, j, n
 
-      if (allocated(self%s)) deallocate (self%s, self%kinv_at, self%z, self%column)
-      if (allocated(self%a_linvt)) deallocate (self%a_linvt, self%row, self%ones)
+      n = a%n
       self%c = c
       self%n = n
       self%solver = solver
-      self%s_plus%always_singular_values = solver == solver_dgelsd
       if (rcond > 0.0_wp) then
          self%s_plus%rcond = rcond
          self%rcond_factor = rcond
+         self%rcond_pivot = rcond
+      else if (solver == solver_pivoted) then
+         self%s_plus%rcond = pivot_rcond
       end if
-      call self%s_plus%init(c)
-      allocate (self%s(c, c), self%kinv_at(n, c), self%z(n), source=0.0_wp)
-      allocate (self%column(n), source=0)
+      self%structured = solver == solver_banded .or. .not. a%full
       if (solver == solver_factor) then
-         allocate (self%a_linvt(c, n), self%row(c), source=0.0_wp)
+         self%structured = .false.
+         allocate (self%a_linvt(c, n), self%row(c), self%z(n), source=0.0_wp)
          allocate (self%ones(n), source=1.0_wp)
          call self%root%init(c, n)
       end if
+      self%single = c == 1 .and. solver /= solver_dgelsd .and. solver /= solver_factor .and. .not. self%structured
+      if (self%structured) then
+         if (a%full) then
+            call filled%set_pattern(n, [(i*n + 1, i=0, c)], [((j, j=1, n), i=1, c)])
+            call self%normal%init(filled, c, sizes)
+         else
+            call self%normal%init(a, c, sizes)
+         end if
+         self%banded = solver == solver_banded .or. (solver == solver_auto .and. pays(self%normal%width, c))
+      else
+         allocate (self%kinv_at(n, c), source=0.0_wp)
+      end if
+      if (self%banded) then
+         call self%factor%init(c, self%normal%width)
+         allocate (self%z(c), source=0.0_wp)
+      else if (solver /= solver_factor) then
+         self%s_plus%always_singular_values = solver == solver_dgelsd
+         self%s_plus%never_singular_values = solver == solver_pivoted
+         call self%s_plus%init(c)
+         allocate (self%s(c, c), source=0.0_wp)
+      end if
    end subroutine init
+
+   !> Whether a band matrix is so narrow that its factorization is worth while.
+   pure function pays(width, c)
+      integer, intent(in) :: width, c
+      logical :: pays
+
+      pays = width <= 1 .or. 3*width <= c
+   end function pays
 
    !> Takes a new A, and K factorized.
    subroutine update(self, a, k, identity, info, noise)
       !> The operator.
       class(weighted_projection_t), intent(inout) :: self
-      !> Constraint matrix: (at least c, n); its first c rows are used.
-      real(wp), intent(in), contiguous :: a(:, :)
+      !> Constraint matrix, laid out like that given to `init`.
+      type(sparse_rows_t), intent(in) :: a
       !> The metric, factorized; not used if it is the identity.
       type(block_diagonal_t), intent(in) :: k
       !> Whether K = I.
@@ -96,89 +155,143 @@ contains
       integer, intent(out) :: info
       !> See `compute` of `pseudo_inverse_t`.
       real(wp), intent(in) :: noise
-      integer :: c, i, j, l, n
-      logical :: touched
-      real(wp) :: t
+      integer :: l, last
+      logical :: finite
 
-      c = self%c
-      n = self%n
       info = 0
-      if (c == 0) return
-      if (c == 1 .and. self%solver == solver_auto) then
-         call update_single(self, a, k, identity, info)
-         return
-      end if
-      ! Columns of zeros belong to coordinates that no constraint touches: they, and whole blocks of them, are left out.
-      self%columns = 0
-      do j = 1, n
-         touched = .false.
-         do i = 1, c
-            if (.not. ieee_is_finite(a(i, j))) then
-               info = 1
-               return
-            end if
-            self%kinv_at(j, i) = a(i, j)
-            touched = touched .or. abs(a(i, j)) > 0.0_wp
-         end do
-         if (touched) then
-            self%columns = self%columns + 1
-            self%column(self%columns) = j
-         end if
+      if (self%c == 0) return
+      last = self%c*self%n
+      if (.not. a%full) last = a%first(self%c + 1) - 1
+      finite = .true.
+      do l = 1, last
+         finite = finite .and. ieee_is_finite(a%values(l))
       end do
-      if (self%solver == solver_factor) then
-         call update_factor(self, k, identity, info, noise)
+      if (.not. finite) then
+         info = 1
          return
       end if
-      if (.not. identity) call k%solve(c, self%kinv_at)
-      if (c*c*self%columns > small) then
-         call dgemm('N', 'N', c, c, n, 1.0_wp, a, size(a, 1), self%kinv_at, n, 0.0_wp, self%s, c)
+      if (self%structured) then
+         call update_structured(self, a, k, identity, info, noise)
+      else if (self%solver == solver_factor) then
+         call update_factor(self, a, k, identity, info, noise)
+      else if (a%full) then
+         call update_dense(self, self%c, self%n, a%values, k, identity, info, noise)
       else
-         do j = 1, c
-            do i = 1, c
-               t = 0.0_wp
-               do l = 1, self%columns
-                  t = t + a(i, self%column(l))*self%kinv_at(self%column(l), j)
-               end do
-               self%s(i, j) = t
-            end do
-         end do
+         info = 1
       end if
-      call self%s_plus%compute(self%s, info, noise)
-      self%rank = self%s_plus%rank
    end subroutine update
 
-   !> One constraint: S is a number.
-   subroutine update_single(self, a, k, identity, info)
+   !> S from all entries of A.
+   subroutine update_dense(self, c, n, at, k, identity, info, noise)
       type(weighted_projection_t), intent(inout) :: self
-      real(wp), intent(in), contiguous :: a(:, :)
-      type(block_diagonal_t), intent(in) :: k
-      logical, intent(in) :: identity
-      integer, intent(out) :: info
-      real(wp) :: s
-      integer :: l
-
-      do l = 1, self%n
-         self%kinv_at(l, 1) = a(1, l)
-      end do
-      if (.not. identity) call k%solve(1, self%kinv_at)
-      s = 0.0_wp
-      do l = 1, self%n
-         s = s + a(1, l)*self%kinv_at(l, 1)
-      end do
-      self%s(1, 1) = s
-      call self%s_plus%compute_single(s, info)
-      self%rank = self%s_plus%rank
-   end subroutine update_single
-
-   !> The pseudo-inverse of A L^-T, without squaring the condition number.
-   subroutine update_factor(self, k, identity, info, noise)
-      type(weighted_projection_t), intent(inout) :: self
+      integer, intent(in) :: c, n
+      !> A^T.
+      real(wp), intent(in) :: at(n, c)
       type(block_diagonal_t), intent(in) :: k
       logical, intent(in) :: identity
       integer, intent(out) :: info
       real(wp), intent(in) :: noise
-      integer :: i, j
+      integer :: i, j, l
+      real(wp) :: t
 
+      do i = 1, c
+         do l = 1, n
+            self%kinv_at(l, i) = at(l, i)
+         end do
+      end do
+      if (.not. identity) call k%solve(c, self%kinv_at)
+      if (self%single) then
+         t = 0.0_wp
+         do l = 1, n
+            t = t + at(l, 1)*self%kinv_at(l, 1)
+         end do
+         self%s(1, 1) = t
+         call self%s_plus%compute_single(t, info)
+      else
+         if (c*c*n > small) then
+            call dgemm('T', 'N', c, c, n, 1.0_wp, at, n, self%kinv_at, n, 0.0_wp, self%s, c)
+         else
+            do j = 1, c
+               do i = j, c
+                  t = 0.0_wp
+                  do l = 1, n
+                     t = t + at(l, i)*self%kinv_at(l, j)
+                  end do
+                  self%s(i, j) = t
+                  self%s(j, i) = t
+               end do
+            end do
+         end if
+         call self%s_plus%compute(self%s, info, noise)
+      end if
+      self%rank = self%s_plus%rank
+   end subroutine update_dense
+
+   !> S from the entries of A that there are.
+   subroutine update_structured(self, a, k, identity, info, noise)
+      type(weighted_projection_t), intent(inout) :: self
+      type(sparse_rows_t), intent(in) :: a
+      type(block_diagonal_t), intent(in) :: k
+      logical, intent(in) :: identity
+      integer, intent(out) :: info
+      real(wp), intent(in) :: noise
+      integer :: c, i, j, l
+      logical :: finite
+
+      info = 0
+      call self%normal%assemble(a, k, identity)
+      finite = .true.
+      do l = 1, size(self%normal%s)
+         finite = finite .and. ieee_is_finite(self%normal%s(l))
+      end do
+      if (.not. finite) then
+         info = 1
+         return
+      end if
+      if (self%banded) then
+         ! What a slightly violated constraint makes out of a zero is of the order of the square of the violation.
+         call self%factor%factorize(self%normal%s, self%normal%row, self%normal%column, &
+                                    max(self%rcond_pivot, min(largest_cut, (10.0_wp*noise)**2)))
+         self%rank = self%factor%rank
+         return
+      end if
+      c = self%c
+      self%s(:, :) = 0.0_wp
+      do i = 1, c
+         self%s(self%normal%order(i), self%normal%order(i)) = self%normal%s(i)
+      end do
+      do l = 1, size(self%normal%row)
+         i = self%normal%order(self%normal%row(l))
+         j = self%normal%order(self%normal%column(l))
+         self%s(i, j) = self%normal%s(c + l)
+         self%s(j, i) = self%normal%s(c + l)
+      end do
+      call self%s_plus%compute(self%s, info, noise)
+      self%rank = self%s_plus%rank
+   end subroutine update_structured
+
+   !> The pseudo-inverse of A L^-T, without squaring the condition number.
+   subroutine update_factor(self, a, k, identity, info, noise)
+      type(weighted_projection_t), intent(inout) :: self
+      type(sparse_rows_t), intent(in) :: a
+      type(block_diagonal_t), intent(in) :: k
+      logical, intent(in) :: identity
+      integer, intent(out) :: info
+      real(wp), intent(in) :: noise
+      integer :: i, j, l
+
+      self%kinv_at(:, :) = 0.0_wp
+      do i = 1, self%c
+         if (a%full) then
+            do j = 1, self%n
+               self%kinv_at(j, i) = a%values((i - 1)*self%n + j)
+            end do
+         else
+            do l = a%first(i), a%first(i + 1) - 1
+               self%kinv_at(a%column(l), i) = a%values(l)
+            end do
+         end if
+      end do
       if (.not. identity) call k%solve_lower(self%c, self%kinv_at)
       do i = 1, self%c
          do j = 1, self%n
@@ -200,7 +313,8 @@ contains
       self%s_plus%path = path_singular_values
    end subroutine update_factor
 
-   !> Multipliers S^+ r, Eqs (7) and (14), of minimum norm.
+   !> Multipliers S^+ r, Eqs (7) and (14); by `banded`, those of redundant rows are zero instead of all being of minimum norm,
+   !! with the same reactions A^T lambda: see `minimum_norm`.
    subroutine multipliers(self, r, lambda)
       !> The operator, updated.
       class(weighted_projection_t), intent(inout) :: self
@@ -211,7 +325,22 @@ contains
       integer :: i, j
 
       if (self%c == 0) return
-      if (self%solver == solver_factor) then
+      if (self%banded) then
+         if (self%normal%natural) then
+            do i = 1, self%c
+               lambda(i) = r(i)
+            end do
+            call self%factor%solve(lambda)
+         else
+            do i = 1, self%c
+               self%z(i) = r(self%normal%order(i))
+            end do
+            call self%factor%solve(self%z)
+            do i = 1, self%c
+               lambda(self%normal%order(i)) = self%z(i)
+            end do
+         end if
+      else if (self%solver == solver_factor) then
          ! (B^T B)^+ = B^+ (B^+)^T with B = L^-1 A^T.
          self%z(:) = 0.0_wp
          do j = 1, self%c
@@ -230,6 +359,37 @@ contains
       end if
    end subroutine multipliers
 
+   !> Makes multipliers those of minimum norm, S^+ r: takes off them what makes no reaction. For reports: it may allocate.
+   subroutine minimum_norm(self, lambda)
+      !> The operator, updated.
+      class(weighted_projection_t), intent(inout) :: self
+      !> Multipliers, replaced: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
+      real(wp), allocatable :: null(:, :)
+      integer :: i, j, l
+
+      if (.not. self%banded .or. self%rank == self%c) return
+      ! Null vectors of S: one for each row that was left out, made up for by the others.
+      allocate (null(self%c, self%c - self%rank), source=0.0_wp)
+      j = 0
+      do i = 1, self%c
+         if (self%factor%reciprocal(i) > 0.0_wp) cycle
+         j = j + 1
+         self%z(:) = 0.0_wp
+         do l = 1, size(self%normal%row)
+            if (self%normal%column(l) == i) self%z(self%normal%row(l)) = -self%normal%s(self%c + l)
+            if (self%normal%row(l) == i) self%z(self%normal%column(l)) = -self%normal%s(self%c + l)
+         end do
+         call self%factor%solve(self%z)
+         self%z(i) = 1.0_wp
+         do l = 1, self%c
+            null(self%normal%order(l), j) = self%z(l)
+         end do
+      end do
+      call orthonormalize(null, j)
+      call remove_components(null, j, lambda)
+   end subroutine minimum_norm
+
    !> d := d - K^-1 A^T lambda: takes off what is normal to the constraints in the metric K.
    pure subroutine correction(self, lambda, d)
       !> The operator, updated.
@@ -240,6 +400,10 @@ contains
       real(wp), intent(inout), contiguous :: d(:)
       integer :: i, j
 
+      if (self%structured) then
+         call self%normal%a_kinv%subtract_transposed(lambda, d)
+         return
+      end if
       do j = 1, self%c
          do i = 1, self%n
             d(i) = d(i) - self%kinv_at(i, j)*lambda(j)

@@ -1,0 +1,237 @@
+!> L D L^T of a symmetric positive semi-definite band matrix; rows that depend on others are left out.
+module taut_linalg_banded_factor
+   use taut_kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: banded_factor_t
+
+   !> The factor of a matrix of n rows that has no entries farther than `width` from its diagonal.
+   !!
+   !! A pivot that is small against its own diagonal entry belongs to a row that depends on those that were eliminated before:
+   !! its unknown is set to zero. Pivots are not compared with those of other rows: they are small for a long chain.
+   !!
+   !! A tridiagonal matrix is eliminated from both ends at once, and its unknowns are found from the middle.
+   type :: banded_factor_t
+      integer :: n = 0, width = 0
+      !> Rows that were not left out.
+      integer :: rank = 0
+      !> Reciprocals of the pivots; zero where a row is left out.
+      real(wp), allocatable :: reciprocal(:)
+      !> Column j of L below the diagonal: (width, n). Of a tridiagonal matrix: (1, n - 1), the multiplier between rows j and
+      !! j + 1.
+      real(wp), allocatable, private :: l(:, :)
+   contains
+      procedure :: init
+      procedure :: factorize
+      procedure :: solve
+   end type banded_factor_t
+
+contains
+
+   !> Allocates the workspace; nothing is allocated afterwards.
+   subroutine init(self, n, width)
+      !> The factor.
+      class(banded_factor_t), intent(out) :: self
+      !> Rows.
+      integer, intent(in) :: n
+      !> Largest distance of an entry from the diagonal.
+      integer, intent(in) :: width
+
+      self%n = n
+      self%width = width
+      allocate (self%reciprocal(n), self%l(width, n), source=0.0_wp)
+   end subroutine init
+
+   !> Factorizes the matrix whose lower triangle is given entry by entry.
+   pure subroutine factorize(self, s, row, column, cut)
+      !> The factor.
+      class(banded_factor_t), intent(inout) :: self
+      !> Entries, finite: the diagonal (n), then those below it.
+      real(wp), intent(in), contiguous :: s(:)
+      !> Row and column of those below the diagonal.
+      integer, intent(in), contiguous :: row(:), column(:)
+      !> Pivots up to this part of their diagonal entry are zero.
+      real(wp), intent(in) :: cut
+      integer :: i, j, k, last
+      real(wp) :: factor
+
+      self%rank = self%n
+      do j = 1, self%n
+         do i = 1, self%width
+            self%l(i, j) = 0.0_wp
+         end do
+      end do
+      do k = 1, size(row)
+         self%l(row(k) - column(k), column(k)) = s(self%n + k)
+      end do
+      if (self%width == 1) then
+         call factorize_tridiagonal(self%n, s, cut, self%l, self%reciprocal, self%rank)
+         return
+      end if
+      do j = 1, self%n
+         self%reciprocal(j) = s(j)
+      end do
+      do j = 1, self%n
+         if (self%reciprocal(j) <= cut*s(j)) then
+            self%reciprocal(j) = 0.0_wp
+            self%rank = self%rank - 1
+            do i = 1, self%width
+               self%l(i, j) = 0.0_wp
+            end do
+            cycle
+         end if
+         self%reciprocal(j) = 1.0_wp/self%reciprocal(j)
+         last = min(self%width, self%n - j)
+         do k = 1, last
+            if (.not. abs(self%l(k, j)) > 0.0_wp) cycle
+            factor = self%l(k, j)*self%reciprocal(j)
+            self%reciprocal(j + k) = self%reciprocal(j + k) - factor*self%l(k, j)
+            do i = k + 1, last
+               self%l(i - k, j + k) = self%l(i - k, j + k) - factor*self%l(i, j)
+            end do
+         end do
+         do k = 1, last
+            self%l(k, j) = self%l(k, j)*self%reciprocal(j)
+         end do
+      end do
+   end subroutine factorize
+
+   !> From both ends to the middle: two rows at a time that do not wait for each other.
+   pure subroutine factorize_tridiagonal(n, s, cut, l, reciprocal, rank)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: s(n), cut
+      real(wp), intent(inout) :: l(n), reciprocal(n)
+      integer, intent(out) :: rank
+      real(wp) :: down, up, e
+      integer :: i, middle, j
+
+      rank = n
+      middle = (n + 1)/2
+      down = s(1)
+      up = s(n)
+      j = n
+      do i = 1, middle - 1
+         if (down <= cut*s(i)) then
+            reciprocal(i) = 0.0_wp
+            rank = rank - 1
+         else
+            reciprocal(i) = 1.0_wp/down
+         end if
+         e = l(i)
+         l(i) = e*reciprocal(i)
+         down = s(i + 1) - e*l(i)
+         if (j > middle + 1) then
+            if (up <= cut*s(j)) then
+               reciprocal(j) = 0.0_wp
+               rank = rank - 1
+            else
+               reciprocal(j) = 1.0_wp/up
+            end if
+            j = j - 1
+            e = l(j)
+            l(j) = e*reciprocal(j + 1)
+            up = s(j) - e*l(j)
+         end if
+      end do
+      ! What is left: rows from the middle to j, of which there are one or two.
+      do while (j > middle)
+         reciprocal(j) = 0.0_wp
+         if (up > cut*s(j)) then
+            reciprocal(j) = 1.0_wp/up
+         else
+            rank = rank - 1
+         end if
+         j = j - 1
+         e = l(j)
+         l(j) = e*reciprocal(j + 1)
+         if (j > middle) then
+            up = s(j) - e*l(j)
+         else
+            down = down - e*l(j)
+         end if
+      end do
+      reciprocal(middle) = 0.0_wp
+      if (down > cut*s(middle)) then
+         reciprocal(middle) = 1.0_wp/down
+      else
+         rank = rank - 1
+      end if
+   end subroutine factorize_tridiagonal
+
+   !> x := S^-1 x; zero where a row is left out.
+   pure subroutine solve(self, x)
+      !> The factor.
+      class(banded_factor_t), intent(in) :: self
+      !> Right-hand side, replaced by the solution: (n).
+      real(wp), intent(inout), contiguous :: x(:)
+      integer :: i, j, last
+      real(wp) :: t
+
+      if (self%width == 1) then
+         call solve_tridiagonal(self%n, self%l, self%reciprocal, x)
+         return
+      end if
+      do j = 1, self%n
+         t = x(j)
+         last = min(self%width, self%n - j)
+         do i = 1, last
+            x(j + i) = x(j + i) - self%l(i, j)*t
+         end do
+      end do
+      do j = self%n, 1, -1
+         t = x(j)*self%reciprocal(j)
+         last = min(self%width, self%n - j)
+         do i = 1, last
+            t = t - self%l(i, j)*x(j + i)
+         end do
+         x(j) = t
+      end do
+   end subroutine solve
+
+   !> The same for a tridiagonal matrix.
+   pure subroutine solve_tridiagonal(n, l, reciprocal, x)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: l(n), reciprocal(n)
+      real(wp), intent(inout) :: x(n)
+      integer :: i, j, middle
+      real(wp) :: down, up
+
+      middle = (n + 1)/2
+      down = x(1)
+      up = x(n)
+      j = n - 1
+      do i = 2, middle - 1
+         down = x(i) - l(i - 1)*down
+         x(i) = down
+         if (j > middle) then
+            up = x(j) - l(j)*up
+            x(j) = up
+            j = j - 1
+         end if
+      end do
+      do i = j, middle + 1, -1
+         up = x(i) - l(i)*up
+         x(i) = up
+      end do
+      if (middle > 1) x(middle) = x(middle) - l(middle - 1)*x(middle - 1)
+      if (middle < n) x(middle) = x(middle) - l(middle)*x(middle + 1)
+      x(middle) = x(middle)*reciprocal(middle)
+      down = x(middle)
+      up = down
+      j = middle + 1
+      do i = middle - 1, 1, -1
+         up = x(i)*reciprocal(i) - l(i)*up
+         x(i) = up
+         if (j <= n) then
+            down = x(j)*reciprocal(j) - l(j - 1)*down
+            x(j) = down
+            j = j + 1
+         end if
+      end do
+      do i = j, n
+         down = x(i)*reciprocal(i) - l(i - 1)*down
+         x(i) = down
+      end do
+   end subroutine solve_tridiagonal
+
+end module taut_linalg_banded_factor
