@@ -193,8 +193,9 @@ contains
    end function rows_of
 
    !> K^-1 A^T S^+ applied to the columns of r.
-   subroutine apply(onto, r, x)
+   subroutine apply(onto, a, r, x)
       type(weighted_projection_t), intent(inout) :: onto
+      real(wp), intent(in) :: a(:, :)
       real(wp), intent(in), contiguous :: r(:, :)
       real(wp), intent(out), contiguous :: x(:, :)
       real(wp) :: lambda(size(r, 1))
@@ -203,7 +204,7 @@ contains
       x(:, :) = 0.0_wp
       do j = 1, size(r, 2)
          call onto%multipliers(r(:, j), lambda)
-         call onto%correction(-lambda, x(:, j))
+         call onto%correction(rows_of(a), -lambda, x(:, j))
       end do
    end subroutine apply
 
@@ -252,13 +253,13 @@ contains
             call check(failure, info == 0 .and. onto%rank == rank, 'rank, '//label)
             ! Rows in the given order, dependent ones among them, are no good basis: a few digits less.
             allowed = merge(1.0e-9_wp, 1.0e-12_wp, solver_names(i) == 'banded')
-            call apply(onto, a, p)
+            call apply(onto, a, a, p)
             call check_below(failure, largest(matmul(a, p) - a), allowed, 'A P - A, '//label)
             call check_below(failure, largest(matmul(p, p) - p), allowed, 'P P - P, '//label)
             call check_below(failure, largest(matmul(dense, p) - transpose(matmul(dense, p))), allowed, 'K P - P^T K, '//label)
             ! What the constraints cannot have, banded does not distribute among redundant ones.
             if (solver_names(i) /= 'banded') then
-               call apply(onto, identity(c), x(:, :, i))
+               call apply(onto, a, identity(c), x(:, :, i))
                call check_below(failure, largest(x(:, :, i) - x(:, :, 1)), 1.0e-12_wp, 'not as with auto, '//label)
             end if
             ! The multipliers are of minimum norm with each solver, not only their reactions equal.
@@ -292,7 +293,7 @@ contains
          call onto%multipliers([34.0_wp], lambda)
          call check_close(failure, lambda(1), 2.0_wp, 1.0e-14_wp, 'multiplier, '//trim(solver_names(i)))
          x(:, 1) = [10.0_wp, 10.0_wp]
-         call onto%correction(lambda, x(:, 1))
+         call onto%correction(rows_of(a), lambda, x(:, 1))
          call check_below(failure, maxval(abs(x(:, 1) - [4.0_wp, 6.0_wp])), 1.0e-13_wp, 'correction, '//trim(solver_names(i)))
          ! With K = I the matrix k is not to be looked at: a^T a = 25.
          call onto%update(rows_of(a), k, .true., info, 0.0_wp)
@@ -318,7 +319,7 @@ contains
          call onto%update(rows_of(empty), k, .true., info, 0.0_wp)
          x(:) = 1.0_wp
          call onto%multipliers([real(wp) ::], none)
-         call onto%correction(none, x)
+         call onto%correction(rows_of(empty), none, x)
          call check(failure, info == 0 .and. onto%rank == 0, 'no rows, '//trim(solver_names(i)))
          call check_below(failure, maxval(abs(x - 1.0_wp)), 0.0_wp, 'no rows correct something, '//trim(solver_names(i)))
          deallocate (onto)
@@ -378,7 +379,7 @@ contains
             call check(failure, info == 0 .and. onto%rank == 2, 'rank at 1e-'//to_text(j))
             d = [3.0_wp, 5.0_wp]
             call onto%multipliers(matmul(a, d), lambda)
-            call onto%correction(lambda, d)
+            call onto%correction(rows_of(a), lambda, d)
             call check_below(failure, maxval(abs(d)), 1.0e-9_wp, 'what is left at 1e-'//to_text(j))
          end do
       end do

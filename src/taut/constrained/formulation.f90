@@ -420,25 +420,18 @@ contains
       integer :: i
 
       ! Unconstrained acceleration a = M^-1 f, and the reduced one A a, Eq. (21).
-      do i = 1, size(f)
-         vdot(i) = f(i)
-      end do
-      call m%solve(1, vdot)
-      call a%multiply(vdot, r, b_second)
-      ! lambda = S^+ (A a - b''), Eq. (14b).
-      call reduced%multipliers(r, lambda)
-      ! (h), Eq. (11b): vdot = a - M^-1 A^T lambda.
-      if (.not. force_form) call reduced%correction(lambda, vdot)
-      do i = 1, size(lambda)
-         lambda(i) = mass*lambda(i)
-      end do
+      call m%solve_vector(f, vdot)
+      ! lambda = S^+ (A a - b''), Eq. (14b); (h), Eq. (11b): vdot = a - M^-1 A^T lambda.
+      call reduced%project(a, b_second, vdot, r, lambda)
+      if (abs(mass - 1.0_wp) > 0.0_wp) then
+         do i = 1, size(lambda)
+            lambda(i) = mass*lambda(i)
+         end do
+      end if
       if (.not. force_form) return
       ! (g), Eq. (19b): M vdot = f - A^T lambda.
       call a%subtract_transposed(lambda, f)
-      do i = 1, size(f)
-         vdot(i) = f(i)
-      end do
-      call m%solve(1, vdot)
+      call m%solve_vector(f, vdot)
    end subroutine constrained_acceleration
 
    !> Replaces what the method replaces at the end of a step: coordinates by Eq. (17), velocities by Eq. (11a).

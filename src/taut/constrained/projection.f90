@@ -267,7 +267,7 @@ contains
          if (info == 0) then
             self%d(:) = 0.0_wp
             call onto%multipliers(self%phi, self%nu)
-            call onto%correction(self%nu, self%d)
+            call onto%correction(self%a, self%nu, self%d)
             largest = largest_entry(self%d)
          end if
          if (info /= 0 .or. .not. ieee_is_finite(largest)) then
@@ -387,12 +387,20 @@ contains
       type(state_t), intent(inout) :: at
       !> Added to the violation A v - b', for methods that ask for another rate: (c).
       real(wp), intent(in), optional :: shift(:)
+      integer :: i
 
+      self%phidot_raw = 0.0_wp
       if (model%c == 0) return
-      call self%velocity_violation(model, at)
-      if (present(shift)) self%r(:) = self%r + shift
-      call self%onto%multipliers(self%r, self%mu)
-      call self%onto%correction(self%mu, at%v)
+      call model%b_prime(at, self%b_prime)
+      if (present(shift)) then
+         do i = 1, model%c
+            self%r(i) = self%b_prime(i) - shift(i)
+         end do
+         call self%onto%project(self%a, self%r, at%v, self%normal, self%mu)
+      else
+         call self%onto%project(self%a, self%b_prime, at%v, self%r, self%mu)
+         self%phidot_raw = largest_entry(self%r)
+      end if
    end subroutine velocity
 
    !> A v - b', after `linearize`: its largest entry is kept in `phidot_raw`.
@@ -427,10 +435,10 @@ contains
       call self%a%multiply(self%d, self%phi)
       if (self%all_holonomic) then
          call self%onto%multipliers(self%phi, self%nu)
-         call self%onto%correction(self%nu, self%d)
+         call self%onto%correction(self%a, self%nu, self%d)
       else
          call self%onto_holonomic%multipliers(self%phi, self%nu)
-         call self%onto_holonomic%correction(self%nu, self%d)
+         call self%onto_holonomic%correction(self%a, self%nu, self%d)
       end if
       call model%x_rate(at, self%d, e)
    end subroutine filter_position
@@ -447,7 +455,7 @@ contains
       if (model%c == 0) return
       call self%a%multiply(e, self%r)
       call self%onto%multipliers(self%r, self%normal)
-      call self%onto%correction(self%normal, e)
+      call self%onto%correction(self%a, self%normal, e)
    end subroutine filter_velocity
 
    !> Notes why a projection failed.

@@ -6,6 +6,7 @@ module taut_constrained_projectors
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_sparse_rows, only: sparse_rows_t
    use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
    implicit none (type, external)
    private
@@ -61,26 +62,28 @@ contains
       call reduced%update(projector%a, m, .false., info, 0.0_wp)
       allocate (b(model%c))
       call model%b_prime(at, b)
-      call apply(projector%onto, projector%a%dense(), b, p_v_matrix, p_v)
+      call apply(projector%onto, projector%a, b, p_v_matrix, p_v)
       call model%b_second(at, b)
-      call apply(reduced, projector%a%dense(), b, p_a_matrix, p_a)
+      call apply(reduced, projector%a, b, p_a_matrix, p_a)
    end subroutine projectors
 
    !> K^-1 A^T S^+ applied to the columns of A and to b.
    subroutine apply(onto, a, b, p_matrix, p)
       type(weighted_projection_t), intent(inout) :: onto
-      real(wp), intent(in), contiguous :: a(:, :), b(:)
+      type(sparse_rows_t), intent(in) :: a
+      real(wp), intent(in), contiguous :: b(:)
       real(wp), allocatable, intent(out) :: p_matrix(:, :), p(:)
-      real(wp) :: multipliers(size(b))
+      real(wp) :: all_entries(a%c, a%n), multipliers(size(b))
       integer :: j
 
-      allocate (p_matrix(size(a, 2), size(a, 2)), p(size(a, 2)), source=0.0_wp)
-      do j = 1, size(a, 2)
-         call onto%multipliers(a(:, j), multipliers)
-         call onto%correction(-multipliers, p_matrix(:, j))
+      all_entries = a%dense()
+      allocate (p_matrix(a%n, a%n), p(a%n), source=0.0_wp)
+      do j = 1, a%n
+         call onto%multipliers(all_entries(:, j), multipliers)
+         call onto%correction(a, -multipliers, p_matrix(:, j))
       end do
       call onto%multipliers(b, multipliers)
-      call onto%correction(-multipliers, p)
+      call onto%correction(a, -multipliers, p)
    end subroutine apply
 
 end module taut_constrained_projectors

@@ -19,7 +19,7 @@ module taut_linalg_banded_factor
       real(wp), allocatable :: reciprocal(:)
       !> Column j of L below the diagonal: (width, n). Of a tridiagonal matrix: (1, n - 1), the multiplier between rows j and
       !! j + 1.
-      real(wp), allocatable, private :: l(:, :)
+      real(wp), allocatable, private :: l(:, :), below(:)
    contains
       procedure :: init
       procedure :: factorize
@@ -40,6 +40,7 @@ contains
       self%n = n
       self%width = width
       allocate (self%reciprocal(n), self%l(width, n), source=0.0_wp)
+      if (width == 1) allocate (self%below(n), source=0.0_wp)
    end subroutine init
 
    !> Factorizes the matrix whose lower triangle is given entry by entry.
@@ -56,6 +57,11 @@ contains
       real(wp) :: factor
 
       self%rank = self%n
+      if (self%width == 1 .and. size(row) == self%n - 1) then
+         ! Entry n + i lies between the rows i and i + 1.
+         call factorize_tridiagonal(self%n, s, s(self%n + 1:), cut, self%l, self%reciprocal, self%rank)
+         return
+      end if
       do j = 1, self%n
          do i = 1, self%width
             self%l(i, j) = 0.0_wp
@@ -65,7 +71,8 @@ contains
          self%l(row(k) - column(k), column(k)) = s(self%n + k)
       end do
       if (self%width == 1) then
-         call factorize_tridiagonal(self%n, s, cut, self%l, self%reciprocal, self%rank)
+         self%below(:) = self%l(1, :)
+         call factorize_tridiagonal(self%n, s, self%below, cut, self%l, self%reciprocal, self%rank)
          return
       end if
       do j = 1, self%n
@@ -97,10 +104,10 @@ contains
    end subroutine factorize
 
    !> From both ends to the middle: two rows at a time that do not wait for each other.
-   pure subroutine factorize_tridiagonal(n, s, cut, l, reciprocal, rank)
+   pure subroutine factorize_tridiagonal(n, s, below, cut, l, reciprocal, rank)
       integer, intent(in) :: n
-      real(wp), intent(in) :: s(n), cut
-      real(wp), intent(inout) :: l(n), reciprocal(n)
+      real(wp), intent(in) :: s(*), below(*), cut
+      real(wp), intent(inout) :: l(*), reciprocal(*)
       integer, intent(out) :: rank
       real(wp) :: down, up, e
       integer :: i, middle, j
@@ -117,7 +124,7 @@ contains
          else
             reciprocal(i) = 1.0_wp/down
          end if
-         e = l(i)
+         e = below(i)
          l(i) = e*reciprocal(i)
          down = s(i + 1) - e*l(i)
          if (j > middle + 1) then
@@ -128,7 +135,7 @@ contains
                reciprocal(j) = 1.0_wp/up
             end if
             j = j - 1
-            e = l(j)
+            e = below(j)
             l(j) = e*reciprocal(j + 1)
             up = s(j) - e*l(j)
          end if
@@ -142,7 +149,7 @@ contains
             rank = rank - 1
          end if
          j = j - 1
-         e = l(j)
+         e = below(j)
          l(j) = e*reciprocal(j + 1)
          if (j > middle) then
             up = s(j) - e*l(j)

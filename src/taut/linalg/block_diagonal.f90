@@ -35,6 +35,7 @@ module taut_linalg_block_diagonal
       procedure :: solve
       procedure :: solve_lower
       procedure :: solve_lower_transposed
+      procedure :: solve_vector
       procedure :: solve_block
       procedure :: divide
       procedure :: multiply
@@ -225,6 +226,29 @@ contains
          call dpotrs('L', s, m, self%factor(self%offset(i) + 1), s, b(self%first(i), 1), self%n, info)
       end do
    end subroutine solve
+
+   !> y = K^-1 x, after `factorize`.
+   subroutine solve_vector(self, x, y)
+      !> The factorized matrix.
+      class(block_diagonal_t), intent(in) :: self
+      !> Right-hand side: (n).
+      real(wp), intent(in), contiguous :: x(:)
+      !> Solution: (n).
+      real(wp), intent(inout), contiguous :: y(:)
+      integer :: i
+
+      if (self%diagonal) then
+         !GCC$ unroll 1
+         do i = 1, size(x)
+            y(i) = self%factor(i)*x(i)
+         end do
+         return
+      end if
+      do i = 1, size(x)
+         y(i) = x(i)
+      end do
+      call self%solve(1, y)
+   end subroutine solve_vector
 
    !> x := K_b^-1 x with one block, after `factorize`.
    pure subroutine solve_block(self, b, x)

@@ -19,14 +19,15 @@ module taut_linalg_normal_matrix
       logical :: natural = .true.
       !> Entries: the diagonal (c), then those below it.
       real(wp), allocatable :: s(:)
+      !> Whether the blocks of K are of size one, so that A K^-1 is A if K = I.
+      logical :: diagonal = .true.
       !> Row and column of those below the diagonal, as places of the ordering, row by row.
       integer, allocatable :: row(:), column(:)
-      !> A K^-1: the rows of A, filled up to whole blocks of K.
+      !> A K^-1: the rows of A, filled up to whole blocks of K; not set where it is A itself.
       type(sparse_rows_t) :: a_kinv
       !> The products of entries of A and of A K^-1 that make the entries of S.
       integer, allocatable, private :: first(:), of_a(:), of_a_kinv(:)
       !> Where the entries of A are in A K^-1, if K has blocks, and the blocks of each row.
-      logical, private :: diagonal = .true.
       integer, allocatable, private :: place(:), block_first(:), block(:), block_size(:)
    contains
       procedure :: init
@@ -285,9 +286,9 @@ contains
             end do
          end if
       else if (identity) then
-         do l = 1, size(self%a_kinv%values)
-            self%a_kinv%values(l) = a%values(l)
-         end do
+         ! A K^-1 = A.
+         call sum_products(size(self%s), self%first, self%of_a, self%of_a_kinv, a%values, a%values, self%s)
+         return
       else
          call k%divide(self%a_kinv%column, a%values, self%a_kinv%values)
       end if
@@ -297,18 +298,27 @@ contains
    !> The entries of S one after the other.
    pure subroutine sum_products(entries, first, of_a, of_a_kinv, a, a_kinv, s)
       integer, intent(in) :: entries
-      integer, intent(in), contiguous :: first(:), of_a(:), of_a_kinv(:)
-      real(wp), intent(in), contiguous :: a(:), a_kinv(:)
-      real(wp), intent(inout), contiguous :: s(:)
+      integer, intent(in) :: first(*), of_a(*), of_a_kinv(*)
+      real(wp), intent(in) :: a(*), a_kinv(*)
+      real(wp), intent(inout) :: s(*)
       integer :: e, p
       real(wp) :: t
 
       do e = 1, entries
-         t = 0.0_wp
-         do p = first(e), first(e + 1) - 1
-            t = t + a(of_a(p))*a_kinv(of_a_kinv(p))
-         end do
-         s(e) = t
+         p = first(e)
+         if (first(e + 1) - p == 2) then
+            s(e) = a(of_a(p))*a_kinv(of_a_kinv(p)) + a(of_a(p + 1))*a_kinv(of_a_kinv(p + 1))
+         else if (first(e + 1) - p == 4) then
+            s(e) = (a(of_a(p))*a_kinv(of_a_kinv(p)) + a(of_a(p + 1))*a_kinv(of_a_kinv(p + 1))) + &
+                   (a(of_a(p + 2))*a_kinv(of_a_kinv(p + 2)) + a(of_a(p + 3))*a_kinv(of_a_kinv(p + 3)))
+         else
+            t = 0.0_wp
+            !GCC$ unroll 1
+            do p = first(e), first(e + 1) - 1
+               t = t + a(of_a(p))*a_kinv(of_a_kinv(p))
+            end do
+            s(e) = t
+         end if
       end do
    end subroutine sum_products
 

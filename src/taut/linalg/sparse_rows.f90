@@ -17,6 +17,8 @@ module taut_linalg_sparse_rows
       integer, allocatable :: column(:)
       !> The entries.
       real(wp), allocatable :: values(:)
+      !> The same column by column: first entry of each column, and the row and the place in `values` of each entry.
+      integer, allocatable, private :: column_first(:), row(:), place(:)
       !> Room for all entries in column order, (c, n), where they have to be given like that; only if `full`.
       real(wp), allocatable :: all_entries(:, :)
    contains
@@ -61,7 +63,36 @@ contains
       allocate (self%first, source=first)
       allocate (self%column, source=column)
       allocate (self%values(size(column)), source=0.0_wp)
+      call transpose_pattern(self)
    end subroutine set_pattern
+
+   !> The entries column by column.
+   subroutine transpose_pattern(self)
+      type(sparse_rows_t), intent(inout) :: self
+      integer :: i, k, l
+
+      allocate (self%column_first(self%n + 1), source=0)
+      allocate (self%row(size(self%column)), self%place(size(self%column)))
+      do k = 1, size(self%column)
+         self%column_first(self%column(k) + 1) = self%column_first(self%column(k) + 1) + 1
+      end do
+      self%column_first(1) = 1
+      do l = 1, self%n
+         self%column_first(l + 1) = self%column_first(l + 1) + self%column_first(l)
+      end do
+      do i = 1, self%c
+         do k = self%first(i), self%first(i + 1) - 1
+            l = self%column(k)
+            self%row(self%column_first(l)) = i
+            self%place(self%column_first(l)) = k
+            self%column_first(l) = self%column_first(l) + 1
+         end do
+      end do
+      do l = self%n, 1, -1
+         self%column_first(l + 1) = self%column_first(l)
+      end do
+      self%column_first(1) = 1
+   end subroutine transpose_pattern
 
    !> Takes the entries from those of a dense matrix.
    pure subroutine set_dense(self, a)
@@ -132,14 +163,41 @@ contains
          return
       end if
       do i = 1, size(r)
-         t = 0.0_wp
-         if (present(b)) t = -b(i)
-         do k = self%first(i), self%first(i + 1) - 1
-            t = t + self%values(k)*v(self%column(k))
-         end do
-         r(i) = t
+         r(i) = 0.0_wp
       end do
+      if (present(b)) then
+         do i = 1, size(r)
+            r(i) = -b(i)
+         end do
+      end if
+      call add_rows(size(r), self%first, self%column, self%values, v, r)
    end subroutine multiply
+
+   !> r := r + A v.
+   pure subroutine add_rows(rows, first, column, values, v, r)
+      integer, intent(in) :: rows
+      integer, intent(in) :: first(*), column(*)
+      real(wp), intent(in) :: values(*), v(*)
+      real(wp), intent(inout) :: r(*)
+      real(wp) :: t
+      integer :: i, k
+
+      do i = 1, rows
+         k = first(i)
+         if (first(i + 1) - k == 4) then
+            ! As of a rod in the plane; rows are short, so that the loop would cost more than what it does.
+            r(i) = r(i) + ((values(k)*v(column(k)) + values(k + 1)*v(column(k + 1))) + &
+                           (values(k + 2)*v(column(k + 2)) + values(k + 3)*v(column(k + 3))))
+         else
+            t = r(i)
+            !GCC$ unroll 1
+            do k = first(i), first(i + 1) - 1
+               t = t + values(k)*v(column(k))
+            end do
+            r(i) = t
+         end if
+      end do
+   end subroutine add_rows
 
    !> d := d - A^T lambda with the first rows, as many as lambda has.
    pure subroutine subtract_transposed(self, lambda, d)
@@ -160,11 +218,39 @@ contains
          end do
          return
       end if
+      if (size(lambda) == self%c) then
+         call subtract_columns(self%n, self%column_first, self%row, self%place, self%values, lambda, d)
+         return
+      end if
       do i = 1, size(lambda)
          do k = self%first(i), self%first(i + 1) - 1
             d(self%column(k)) = d(self%column(k)) - self%values(k)*lambda(i)
          end do
       end do
    end subroutine subtract_transposed
+
+   !> d := d - A^T lambda column by column: no entry of d waits for another.
+   pure subroutine subtract_columns(columns, first, row, place, values, lambda, d)
+      integer, intent(in) :: columns
+      integer, intent(in) :: first(*), row(*), place(*)
+      real(wp), intent(in) :: values(*), lambda(*)
+      real(wp), intent(inout) :: d(*)
+      real(wp) :: t
+      integer :: j, k
+
+      do j = 1, columns
+         k = first(j)
+         if (first(j + 1) - k == 2) then
+            d(j) = d(j) - (values(place(k))*lambda(row(k)) + values(place(k + 1))*lambda(row(k + 1)))
+         else
+            t = d(j)
+            !GCC$ unroll 1
+            do k = first(j), first(j + 1) - 1
+               t = t - values(place(k))*lambda(row(k))
+            end do
+            d(j) = t
+         end if
+      end do
+   end subroutine subtract_columns
 
 end module taut_linalg_sparse_rows

@@ -46,8 +46,8 @@ module taut_linalg_weighted_projection
       real(wp), allocatable :: kinv_at(:, :)
       type(pseudo_inverse_t) :: s_plus
       integer, private :: solver = solver_auto
-      logical, private :: structured = .false., banded = .false., single = .false.
-      real(wp), private :: rcond_factor = 1.0e-9_wp, rcond_pivot = pivot_rcond
+      logical, private :: identity = .false., structured = .false., banded = .false., single = .false.
+      real(wp), private :: rcond_factor = 1.0e-9_wp, rcond_pivot = pivot_rcond, reciprocal = 0.0_wp
       real(wp), allocatable, private :: a_linvt(:, :), row(:), ones(:), z(:)
       type(singular_value_inverse_t), private :: root
       type(normal_matrix_t), private :: normal
@@ -55,6 +55,7 @@ module taut_linalg_weighted_projection
    contains
       procedure :: init
       procedure :: update
+      procedure :: project
       procedure :: multipliers
       procedure :: minimum_norm
       procedure :: correction
@@ -160,9 +161,19 @@ contains
 
       info = 0
       if (self%c == 0) return
+      self%identity = identity
+      if (self%single) then
+         do l = 1, self%n
+            self%kinv_at(l, 1) = a%values(l)
+         end do
+         if (.not. identity) call k%solve(1, self%kinv_at)
+         call update_single(self%n, a%values, self%kinv_at, self%reciprocal, self%rank, info)
+         return
+      end if
       last = self%c*self%n
       if (.not. a%full) last = a%first(self%c + 1) - 1
       finite = .true.
+      if (self%structured) last = 0
       do l = 1, last
          finite = finite .and. ieee_is_finite(a%values(l))
       end do
@@ -180,6 +191,31 @@ contains
          info = 1
       end if
    end subroutine update
+
+   !> One constraint: S is a number.
+   pure subroutine update_single(n, a, kinv_at, reciprocal, rank, info)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(n), kinv_at(n)
+      real(wp), intent(out) :: reciprocal
+      integer, intent(out) :: rank, info
+      real(wp) :: s
+      integer :: l
+
+      s = 0.0_wp
+      !GCC$ unroll 1
+      do l = 1, n
+         s = s + a(l)*kinv_at(l)
+      end do
+      info = 0
+      rank = 0
+      reciprocal = 0.0_wp
+      if (.not. ieee_is_finite(s)) then
+         info = 1
+      else if (s > tiny(1.0_wp)) then
+         rank = 1
+         reciprocal = 1.0_wp/s
+      end if
+   end subroutine update_single
 
    !> S from all entries of A.
    subroutine update_dense(self, c, n, at, k, identity, info, noise)
@@ -200,30 +236,21 @@ contains
          end do
       end do
       if (.not. identity) call k%solve(c, self%kinv_at)
-      if (self%single) then
-         t = 0.0_wp
-         do l = 1, n
-            t = t + at(l, 1)*self%kinv_at(l, 1)
-         end do
-         self%s(1, 1) = t
-         call self%s_plus%compute_single(t, info)
+      if (c*c*n > small) then
+         call dgemm('T', 'N', c, c, n, 1.0_wp, at, n, self%kinv_at, n, 0.0_wp, self%s, c)
       else
-         if (c*c*n > small) then
-            call dgemm('T', 'N', c, c, n, 1.0_wp, at, n, self%kinv_at, n, 0.0_wp, self%s, c)
-         else
-            do j = 1, c
-               do i = j, c
-                  t = 0.0_wp
-                  do l = 1, n
-                     t = t + at(l, i)*self%kinv_at(l, j)
-                  end do
-                  self%s(i, j) = t
-                  self%s(j, i) = t
+         do j = 1, c
+            do i = j, c
+               t = 0.0_wp
+               do l = 1, n
+                  t = t + at(l, i)*self%kinv_at(l, j)
                end do
+               self%s(i, j) = t
+               self%s(j, i) = t
             end do
-         end if
-         call self%s_plus%compute(self%s, info, noise)
+         end do
       end if
+      call self%s_plus%compute(self%s, info, noise)
       self%rank = self%s_plus%rank
    end subroutine update_dense
 
@@ -240,8 +267,9 @@ contains
 
       info = 0
       call self%normal%assemble(a, k, identity)
+      ! What is not finite in a row of A is not finite on the diagonal.
       finite = .true.
-      do l = 1, size(self%normal%s)
+      do l = 1, self%c
          finite = finite .and. ieee_is_finite(self%normal%s(l))
       end do
       if (.not. finite) then
@@ -313,6 +341,53 @@ contains
       self%s_plus%path = path_singular_values
    end subroutine update_factor
 
+   !> d := d - K^-1 A^T lambda with lambda = S^+ r, r = A d - b: what Eqs (11) do with velocities and accelerations.
+   subroutine project(self, a, b, d, r, lambda)
+      !> The operator, updated.
+      class(weighted_projection_t), intent(inout) :: self
+      !> The constraint matrix of the update.
+      type(sparse_rows_t), intent(in) :: a
+      !> What A d shall be: (c).
+      real(wp), intent(in), contiguous :: b(:)
+      !> What is projected: (n).
+      real(wp), intent(inout), contiguous :: d(:)
+      !> The violation: (c).
+      real(wp), intent(inout), contiguous :: r(:)
+      !> The multipliers, see `multipliers`: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
+
+      if (self%c == 0) return
+      if (self%single) then
+         call project_single(self%n, a%values, self%kinv_at, self%reciprocal, b, d, r, lambda)
+         return
+      end if
+      call a%multiply(d, r, b)
+      call self%multipliers(r, lambda)
+      call self%correction(a, lambda, d)
+   end subroutine project
+
+   !> The same with one constraint.
+   pure subroutine project_single(n, a, kinv_at, reciprocal, b, d, r, lambda)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(n), kinv_at(n), reciprocal, b(1)
+      real(wp), intent(inout) :: d(n), r(1), lambda(1)
+      real(wp) :: t
+      integer :: l
+
+      t = -b(1)
+      !GCC$ unroll 1
+      do l = 1, n
+         t = t + a(l)*d(l)
+      end do
+      r(1) = t
+      t = reciprocal*t
+      lambda(1) = t
+      !GCC$ unroll 1
+      do l = 1, n
+         d(l) = d(l) - kinv_at(l)*t
+      end do
+   end subroutine project_single
+
    !> Multipliers S^+ r, Eqs (7) and (14); by `banded`, those of redundant rows are zero instead of all being of minimum norm,
    !! with the same reactions A^T lambda: see `minimum_norm`.
    subroutine multipliers(self, r, lambda)
@@ -325,7 +400,9 @@ contains
       integer :: i, j
 
       if (self%c == 0) return
-      if (self%banded) then
+      if (self%single) then
+         lambda(1) = self%reciprocal*r(1)
+      else if (self%banded) then
          if (self%normal%natural) then
             do i = 1, self%c
                lambda(i) = r(i)
@@ -391,9 +468,11 @@ contains
    end subroutine minimum_norm
 
    !> d := d - K^-1 A^T lambda: takes off what is normal to the constraints in the metric K.
-   pure subroutine correction(self, lambda, d)
+   pure subroutine correction(self, a, lambda, d)
       !> The operator, updated.
       class(weighted_projection_t), intent(in) :: self
+      !> The constraint matrix of the update.
+      type(sparse_rows_t), intent(in) :: a
       !> Multipliers: (c).
       real(wp), intent(in), contiguous :: lambda(:)
       !> What is corrected: (n).
@@ -401,7 +480,11 @@ contains
       integer :: i, j
 
       if (self%structured) then
-         call self%normal%a_kinv%subtract_transposed(lambda, d)
+         if (self%identity .and. self%normal%diagonal) then
+            call a%subtract_transposed(lambda, d)
+         else
+            call self%normal%a_kinv%subtract_transposed(lambda, d)
+         end if
          return
       end if
       do j = 1, self%c
