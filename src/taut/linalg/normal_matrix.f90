@@ -2,18 +2,15 @@
 module taut_linalg_normal_matrix
    use taut_kinds, only: wp
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_ordering, only: bandwidth, reverse_cuthill_mckee
    use taut_linalg_sparse_rows, only: sparse_rows_t
    implicit none (type, external)
    private
    public :: normal_matrix_t
 
-   !> The lower triangle of S, its rows and columns in an ordering with a small bandwidth.
+   !> The lower triangle of S, its rows and columns in an ordering of one's choice.
    type :: normal_matrix_t
       !> Rows.
       integer :: c = 0
-      !> Largest distance of an entry from the diagonal.
-      integer :: width = 0
       !> Row of A at each place of the ordering; whether that is the given order.
       integer, allocatable :: order(:)
       logical :: natural = .true.
@@ -25,12 +22,15 @@ module taut_linalg_normal_matrix
       integer, allocatable :: row(:), column(:)
       !> A K^-1: the rows of A, filled up to whole blocks of K; not set where it is A itself.
       type(sparse_rows_t) :: a_kinv
-      !> The products of entries of A and of A K^-1 that make the entries of S.
+      !> The products of groups of entries of A and of A K^-1 that make the entries of S, and the size of the groups.
       integer, allocatable, private :: first(:), of_a(:), of_a_kinv(:)
+      integer, private :: group = 1
       !> Where the entries of A are in A K^-1, if K has blocks, and the blocks of each row.
       integer, allocatable, private :: place(:), block_first(:), block(:), block_size(:)
    contains
       procedure :: init
+      procedure :: graph
+      procedure :: reorder
       procedure :: assemble
    end type normal_matrix_t
 
@@ -46,30 +46,32 @@ contains
       integer, intent(in) :: c
       !> Sizes of the blocks of K.
       integer, intent(in) :: sizes(:)
-      integer, allocatable :: first(:), neighbor(:)
-      integer :: i, width
+      integer :: i
 
       self%c = c
       self%diagonal = all(sizes == 1)
       call fill_blocks(self, a, sizes)
+      if (a%group == self%a_kinv%group) self%group = a%group
       allocate (self%order(c))
       self%order = [(i, i=1, c)]
       call find_products(self, a)
-      call graph_of(self, first, neighbor)
-      width = bandwidth(first, neighbor, self%order)
-      if (width > 1) then
-         call reverse_cuthill_mckee(first, neighbor, self%order)
-         self%natural = bandwidth(first, neighbor, self%order) >= width
-         if (self%natural) then
-            self%order = [(i, i=1, c)]
-         else
-            width = bandwidth(first, neighbor, self%order)
-            deallocate (self%first, self%of_a, self%of_a_kinv, self%row, self%column, self%s)
-            call find_products(self, a)
-         end if
-      end if
-      self%width = width
    end subroutine init
+
+   !> Takes another ordering.
+   subroutine reorder(self, a, order)
+      !> The matrix.
+      class(normal_matrix_t), intent(inout) :: self
+      !> A matrix with the pattern of A.
+      type(sparse_rows_t), intent(in) :: a
+      !> Row of A at each place: (c).
+      integer, intent(in) :: order(:)
+      integer :: i
+
+      self%order(:) = order
+      self%natural = all(order == [(i, i=1, self%c)])
+      deallocate (self%first, self%of_a, self%of_a_kinv, self%row, self%column, self%s)
+      call find_products(self, a)
+   end subroutine reorder
 
    !> The pattern of A K^-1.
    subroutine fill_blocks(self, a, sizes)
@@ -128,28 +130,32 @@ contains
       type(normal_matrix_t), intent(inout) :: self
       type(sparse_rows_t), intent(in) :: a
       integer, allocatable :: begin(:), of_row(:), of_entry(:), number(:), place(:), met(:), products(:)
-      integer :: c, entries, i, j, k, l, m, p, round, total
+      integer :: c, entries, g, i, j, k, l, m, p, round, total
 
       c = self%c
-      ! The entries of A K^-1 column by column.
-      allocate (begin(a%n + 1), source=0)
-      do k = 1, size(self%a_kinv%column)
-         begin(self%a_kinv%column(k) + 1) = begin(self%a_kinv%column(k) + 1) + 1
+      g = self%group
+      ! The groups of A K^-1 column by column.
+      allocate (begin(a%n/g + 1), source=0)
+      do k = 1, size(self%a_kinv%column), g
+         l = (self%a_kinv%column(k) - 1)/g + 1
+         begin(l + 1) = begin(l + 1) + 1
       end do
       begin(1) = 1
-      do l = 1, a%n
+      do l = 1, a%n/g
          begin(l + 1) = begin(l + 1) + begin(l)
       end do
-      allocate (of_row(size(self%a_kinv%column)), of_entry(size(self%a_kinv%column)))
+      allocate (of_row(size(self%a_kinv%column)/g), of_entry(size(self%a_kinv%column)/g))
       do i = 1, c
-         do k = self%a_kinv%first(i), self%a_kinv%first(i + 1) - 1
-            l = self%a_kinv%column(k)
+         do k = self%a_kinv%first(i), self%a_kinv%first(i + 1) - 1, g
+            l = (self%a_kinv%column(k) - 1)/g + 1
             of_row(begin(l)) = i
-            of_entry(begin(l)) = k
+            of_entry(begin(l)) = (k - 1)/g + 1
             begin(l) = begin(l) + 1
          end do
       end do
-      begin(2:) = begin(:a%n)
+      do l = a%n/g, 1, -1
+         begin(l + 1) = begin(l)
+      end do
       begin(1) = 1
 
       allocate (place(c), number(c), met(c), products(c))
@@ -168,8 +174,8 @@ contains
             met(1) = i
             number(i) = 1
             products(1) = 0
-            do k = a%first(i), a%first(i + 1) - 1
-               do l = begin(a%column(k)), begin(a%column(k) + 1) - 1
+            do k = a%first(i), a%first(i + 1) - 1, g
+               do l = begin((a%column(k) - 1)/g + 1), begin((a%column(k) - 1)/g + 2) - 1
                   j = of_row(l)
                   if (place(j) > p) cycle
                   if (number(j) == 0) then
@@ -209,8 +215,8 @@ contains
          met(1) = i
          number(i) = 1
          products(1) = self%first(p)
-         do k = a%first(i), a%first(i + 1) - 1
-            do l = begin(a%column(k)), begin(a%column(k) + 1) - 1
+         do k = a%first(i), a%first(i + 1) - 1, g
+            do l = begin((a%column(k) - 1)/g + 1), begin((a%column(k) - 1)/g + 2) - 1
                j = of_row(l)
                if (place(j) > p) cycle
                if (number(j) == 0) then
@@ -219,7 +225,7 @@ contains
                   number(j) = m
                   products(m) = self%first(c + entries + m - 1)
                end if
-               self%of_a(products(number(j))) = k
+               self%of_a(products(number(j))) = (k - 1)/g + 1
                self%of_a_kinv(products(number(j))) = of_entry(l)
                products(number(j)) = products(number(j)) + 1
             end do
@@ -230,10 +236,14 @@ contains
       allocate (self%s(c + entries), source=0.0_wp)
    end subroutine find_products
 
-   !> Which rows share coordinates.
-   subroutine graph_of(self, first, neighbor)
-      type(normal_matrix_t), intent(in) :: self
-      integer, allocatable, intent(out) :: first(:), neighbor(:)
+   !> Which rows share coordinates, as places of the present ordering.
+   subroutine graph(self, first, neighbor)
+      !> The matrix.
+      class(normal_matrix_t), intent(in) :: self
+      !> First neighbor of each row, and the number of neighbors in all plus one at the end: (c + 1).
+      integer, allocatable, intent(out) :: first(:)
+      !> The neighbors of each row.
+      integer, allocatable, intent(out) :: neighbor(:)
       integer :: k
 
       allocate (first(self%c + 1), source=0)
@@ -252,9 +262,11 @@ contains
          neighbor(first(self%column(k))) = self%row(k)
          first(self%column(k)) = first(self%column(k)) + 1
       end do
-      first(2:) = first(:self%c)
+      do k = self%c, 1, -1
+         first(k + 1) = first(k)
+      end do
       first(1) = 1
-   end subroutine graph_of
+   end subroutine graph
 
    !> Computes the entries.
    subroutine assemble(self, a, k, identity)
@@ -287,39 +299,67 @@ contains
          end if
       else if (identity) then
          ! A K^-1 = A.
-         call sum_products(size(self%s), self%first, self%of_a, self%of_a_kinv, a%values, a%values, self%s)
+         call sum_groups(a%values, a%values)
          return
       else
          call k%divide(self%a_kinv%column, a%values, self%a_kinv%values)
       end if
-      call sum_products(size(self%s), self%first, self%of_a, self%of_a_kinv, a%values, self%a_kinv%values, self%s)
+      call sum_groups(a%values, self%a_kinv%values)
+
+   contains
+
+      subroutine sum_groups(a_values, kinv_values)
+         real(wp), intent(in), contiguous :: a_values(:), kinv_values(:)
+
+         if (self%group == 2) then
+            call sum_products_of_pairs(size(self%s), self%first, self%of_a, self%of_a_kinv, a_values, kinv_values, self%s)
+         else
+            call sum_products(self%group, size(self%s), self%first, self%of_a, self%of_a_kinv, a_values, kinv_values, self%s)
+         end if
+      end subroutine sum_groups
+
    end subroutine assemble
 
    !> The entries of S one after the other.
-   pure subroutine sum_products(entries, first, of_a, of_a_kinv, a, a_kinv, s)
-      integer, intent(in) :: entries
+   pure subroutine sum_products(g, entries, first, of_a, of_a_kinv, a, a_kinv, s)
+      integer, intent(in) :: g, entries
       integer, intent(in) :: first(*), of_a(*), of_a_kinv(*)
-      real(wp), intent(in) :: a(*), a_kinv(*)
+      real(wp), intent(in) :: a(g, *), a_kinv(g, *)
       real(wp), intent(inout) :: s(*)
-      integer :: e, p
+      integer :: e, l, p
       real(wp) :: t
 
       do e = 1, entries
-         p = first(e)
-         if (first(e + 1) - p == 2) then
-            s(e) = a(of_a(p))*a_kinv(of_a_kinv(p)) + a(of_a(p + 1))*a_kinv(of_a_kinv(p + 1))
-         else if (first(e + 1) - p == 4) then
-            s(e) = (a(of_a(p))*a_kinv(of_a_kinv(p)) + a(of_a(p + 1))*a_kinv(of_a_kinv(p + 1))) + &
-                   (a(of_a(p + 2))*a_kinv(of_a_kinv(p + 2)) + a(of_a(p + 3))*a_kinv(of_a_kinv(p + 3)))
-         else
-            t = 0.0_wp
+         t = 0.0_wp
+         do p = first(e), first(e + 1) - 1
             !GCC$ unroll 1
-            do p = first(e), first(e + 1) - 1
-               t = t + a(of_a(p))*a_kinv(of_a_kinv(p))
+            do l = 1, g
+               t = t + a(l, of_a(p))*a_kinv(l, of_a_kinv(p))
             end do
-            s(e) = t
-         end if
+         end do
+         s(e) = t
       end do
    end subroutine sum_products
+
+   !> The same with groups of two.
+   pure subroutine sum_products_of_pairs(entries, first, of_a, of_a_kinv, a, a_kinv, s)
+      integer, intent(in) :: entries
+      integer, intent(in) :: first(*), of_a(*), of_a_kinv(*)
+      real(wp), intent(in) :: a(2, *), a_kinv(2, *)
+      real(wp), intent(inout) :: s(*)
+      integer :: e, p
+      real(wp) :: t1, t2
+
+      do e = 1, entries
+         t1 = 0.0_wp
+         t2 = 0.0_wp
+         !GCC$ unroll 1
+         do p = first(e), first(e + 1) - 1
+            t1 = t1 + a(1, of_a(p))*a_kinv(1, of_a_kinv(p))
+            t2 = t2 + a(2, of_a(p))*a_kinv(2, of_a_kinv(p))
+         end do
+         s(e) = t1 + t2
+      end do
+   end subroutine sum_products_of_pairs
 
 end module taut_linalg_normal_matrix

@@ -1,8 +1,13 @@
-!> Orderings of symmetric sparse matrices that bring their entries near to the diagonal.
+!> Orderings of symmetric sparse matrices: near to the diagonal, or with little fill.
 module taut_linalg_ordering
    implicit none (type, external)
    private
-   public :: reverse_cuthill_mckee, bandwidth
+   public :: reverse_cuthill_mckee, minimum_degree, bandwidth
+
+   !> The neighbors of a vertex.
+   type :: neighbors_t
+      integer, allocatable :: of(:)
+   end type neighbors_t
 
 contains
 
@@ -94,6 +99,95 @@ contains
       end function degree
 
    end subroutine reverse_cuthill_mckee
+
+   !> Eliminates next what has the fewest neighbors: a tree is not filled in at all.
+   subroutine minimum_degree(first, neighbor, order)
+      !> First neighbor of each vertex, and the number of neighbors in all plus one at the end: (n + 1).
+      integer, intent(in) :: first(:)
+      !> The neighbors of each vertex.
+      integer, intent(in) :: neighbor(:)
+      !> The vertices in their new order: (n).
+      integer, intent(out) :: order(:)
+      type(neighbors_t) :: graph(size(order))
+      integer, dimension(size(order)) :: after, before, degree, mark, merged
+      integer :: head(0:size(order)), i, j, k, least, m, n, u, v
+
+      n = size(order)
+      head = 0
+      mark = 0
+      do v = 1, n
+         graph(v)%of = neighbor(first(v):first(v + 1) - 1)
+         degree(v) = size(graph(v)%of)
+      end do
+      do v = n, 1, -1
+         call put(v)
+      end do
+      least = 0
+      do i = 1, n
+         do while (head(least) == 0)
+            least = least + 1
+         end do
+         v = head(least)
+         call take(v)
+         order(i) = v
+         ! Its neighbors become neighbors of each other.
+         do j = 1, size(graph(v)%of)
+            u = graph(v)%of(j)
+            call take(u)
+            m = 0
+            mark(u) = u
+            mark(v) = u
+            do k = 1, size(graph(u)%of)
+               call add(graph(u)%of(k))
+            end do
+            do k = 1, size(graph(v)%of)
+               call add(graph(v)%of(k))
+            end do
+            mark(merged(:m)) = 0
+            mark(u) = 0
+            mark(v) = 0
+            graph(u)%of = merged(:m)
+            degree(u) = m
+            call put(u)
+            least = min(least, m)
+         end do
+         deallocate (graph(v)%of)
+      end do
+
+   contains
+
+      subroutine add(w)
+         integer, intent(in) :: w
+
+         if (mark(w) == u) return
+         mark(w) = u
+         m = m + 1
+         merged(m) = w
+      end subroutine add
+
+      !> Into the list of its degree.
+      subroutine put(w)
+         integer, intent(in) :: w
+
+         before(w) = 0
+         after(w) = head(degree(w))
+         if (after(w) > 0) before(after(w)) = w
+         head(degree(w)) = w
+      end subroutine put
+
+      !> Out of it.
+      subroutine take(w)
+         integer, intent(in) :: w
+
+         if (before(w) > 0) then
+            after(before(w)) = after(w)
+         else
+            head(degree(w)) = after(w)
+         end if
+         if (after(w) > 0) before(after(w)) = before(w)
+      end subroutine take
+
+   end subroutine minimum_degree
 
    !> How far neighbors are apart in an ordering.
    pure function bandwidth(first, neighbor, order) result(width)

@@ -17,8 +17,10 @@ module taut_linalg_sparse_rows
       integer, allocatable :: column(:)
       !> The entries.
       real(wp), allocatable :: values(:)
-      !> The same column by column: first entry of each column, and the row and the place in `values` of each entry.
-      integer, allocatable, private :: column_first(:), row(:), place(:)
+      !> Columns that always come together, as those of a point: all rows are made of groups of so many, 1 to 3.
+      integer :: group = 1
+      !> The groups row by row, and column by column: first of each row, its column; first of each column, its row and place.
+      integer, allocatable, private :: row_first(:), group_column(:), column_first(:), group_row(:), place(:)
       !> Room for all entries in column order, (c, n), where they have to be given like that; only if `full`.
       real(wp), allocatable :: all_entries(:, :)
    contains
@@ -63,36 +65,64 @@ contains
       allocate (self%first, source=first)
       allocate (self%column, source=column)
       allocate (self%values(size(column)), source=0.0_wp)
-      call transpose_pattern(self)
+      self%group = 3
+      do while (.not. made_of_groups(self, self%group))
+         self%group = self%group - 1
+      end do
+      call find_groups(self)
    end subroutine set_pattern
 
-   !> The entries column by column.
-   subroutine transpose_pattern(self)
-      type(sparse_rows_t), intent(inout) :: self
-      integer :: i, k, l
+   !> Whether the columns of all rows are whole groups of a size, counted from the first column of the matrix.
+   pure function made_of_groups(self, group) result(made)
+      type(sparse_rows_t), intent(in) :: self
+      integer, intent(in) :: group
+      logical :: made
+      integer :: i, k
 
-      allocate (self%column_first(self%n + 1), source=0)
-      allocate (self%row(size(self%column)), self%place(size(self%column)))
-      do k = 1, size(self%column)
-         self%column_first(self%column(k) + 1) = self%column_first(self%column(k) + 1) + 1
+      made = group == 1
+      if (made .or. mod(self%n, group) /= 0) return
+      do i = 1, self%c
+         if (mod(self%first(i + 1) - self%first(i), group) /= 0) return
+         do k = self%first(i), self%first(i + 1) - 1, group
+            if (mod(self%column(k) - 1, group) /= 0) return
+            if (self%column(k + group - 1) /= self%column(k) + group - 1) return
+         end do
+      end do
+      made = .true.
+   end function made_of_groups
+
+   !> The groups row by row and column by column.
+   subroutine find_groups(self)
+      type(sparse_rows_t), intent(inout) :: self
+      integer :: g, i, k, l, groups
+
+      g = self%group
+      groups = size(self%column)/g
+      allocate (self%row_first, source=(self%first - 1)/g + 1)
+      allocate (self%group_column(groups), self%group_row(groups), self%place(groups))
+      allocate (self%column_first(self%n/g + 1), source=0)
+      do k = 1, groups
+         l = (self%column((k - 1)*g + 1) - 1)/g + 1
+         self%group_column(k) = l
+         self%column_first(l + 1) = self%column_first(l + 1) + 1
       end do
       self%column_first(1) = 1
-      do l = 1, self%n
+      do l = 1, self%n/g
          self%column_first(l + 1) = self%column_first(l + 1) + self%column_first(l)
       end do
       do i = 1, self%c
-         do k = self%first(i), self%first(i + 1) - 1
-            l = self%column(k)
-            self%row(self%column_first(l)) = i
+         do k = self%row_first(i), self%row_first(i + 1) - 1
+            l = self%group_column(k)
+            self%group_row(self%column_first(l)) = i
             self%place(self%column_first(l)) = k
             self%column_first(l) = self%column_first(l) + 1
          end do
       end do
-      do l = self%n, 1, -1
+      do l = self%n/g, 1, -1
          self%column_first(l + 1) = self%column_first(l)
       end do
       self%column_first(1) = 1
-   end subroutine transpose_pattern
+   end subroutine find_groups
 
    !> Takes the entries from those of a dense matrix.
    pure subroutine set_dense(self, a)
@@ -170,32 +200,59 @@ contains
             r(i) = -b(i)
          end do
       end if
-      call add_rows(size(r), self%first, self%column, self%values, v, r)
+      if (self%group == 2) then
+         call add_rows_of_pairs(size(r), self%row_first, self%group_column, self%values, v, r)
+      else
+         call add_rows(self%group, size(r), self%row_first, self%group_column, self%values, v, r)
+      end if
    end subroutine multiply
 
-   !> r := r + A v.
-   pure subroutine add_rows(rows, first, column, values, v, r)
+   !> r := r + A v with groups of two, as those of points in a plane.
+   pure subroutine add_rows_of_pairs(rows, first, column, values, v, r)
       integer, intent(in) :: rows
       integer, intent(in) :: first(*), column(*)
-      real(wp), intent(in) :: values(*), v(*)
+      real(wp), intent(in) :: values(2, *), v(2, *)
       real(wp), intent(inout) :: r(*)
-      real(wp) :: t
+      real(wp) :: t1, t2
       integer :: i, k
 
       do i = 1, rows
          k = first(i)
-         if (first(i + 1) - k == 4) then
-            ! As of a rod in the plane; rows are short, so that the loop would cost more than what it does.
-            r(i) = r(i) + ((values(k)*v(column(k)) + values(k + 1)*v(column(k + 1))) + &
-                           (values(k + 2)*v(column(k + 2)) + values(k + 3)*v(column(k + 3))))
+         if (first(i + 1) - k == 2) then
+            ! Most constraints join two things.
+            t1 = values(1, k)*v(1, column(k)) + values(1, k + 1)*v(1, column(k + 1))
+            t2 = values(2, k)*v(2, column(k)) + values(2, k + 1)*v(2, column(k + 1))
          else
-            t = r(i)
+            t1 = 0.0_wp
+            t2 = 0.0_wp
             !GCC$ unroll 1
             do k = first(i), first(i + 1) - 1
-               t = t + values(k)*v(column(k))
+               t1 = t1 + values(1, k)*v(1, column(k))
+               t2 = t2 + values(2, k)*v(2, column(k))
             end do
-            r(i) = t
          end if
+         r(i) = r(i) + (t1 + t2)
+      end do
+   end subroutine add_rows_of_pairs
+
+   !> r := r + A v.
+   pure subroutine add_rows(g, rows, first, column, values, v, r)
+      integer, intent(in) :: g, rows
+      integer, intent(in) :: first(*), column(*)
+      real(wp), intent(in) :: values(g, *), v(g, *)
+      real(wp), intent(inout) :: r(*)
+      real(wp) :: t
+      integer :: i, k, l
+
+      do i = 1, rows
+         t = 0.0_wp
+         do k = first(i), first(i + 1) - 1
+            !GCC$ unroll 1
+            do l = 1, g
+               t = t + values(l, k)*v(l, column(k))
+            end do
+         end do
+         r(i) = r(i) + t
       end do
    end subroutine add_rows
 
@@ -218,38 +275,64 @@ contains
          end do
          return
       end if
-      if (size(lambda) == self%c) then
-         call subtract_columns(self%n, self%column_first, self%row, self%place, self%values, lambda, d)
+      if (size(lambda) < self%c) then
+         do i = 1, size(lambda)
+            do k = self%first(i), self%first(i + 1) - 1
+               d(self%column(k)) = d(self%column(k)) - self%values(k)*lambda(i)
+            end do
+         end do
          return
       end if
-      do i = 1, size(lambda)
-         do k = self%first(i), self%first(i + 1) - 1
-            d(self%column(k)) = d(self%column(k)) - self%values(k)*lambda(i)
-         end do
-      end do
+      if (self%group == 2) then
+         call subtract_columns_of_pairs(self%n/2, self%column_first, self%group_row, self%place, self%values, lambda, d)
+      else
+         call subtract_columns(self%group, self%n/self%group, self%column_first, self%group_row, self%place, self%values, lambda, d)
+      end if
    end subroutine subtract_transposed
 
-   !> d := d - A^T lambda column by column: no entry of d waits for another.
-   pure subroutine subtract_columns(columns, first, row, place, values, lambda, d)
+   !> d := d - A^T lambda column by column with groups of two.
+   pure subroutine subtract_columns_of_pairs(columns, first, row, place, values, lambda, d)
       integer, intent(in) :: columns
       integer, intent(in) :: first(*), row(*), place(*)
-      real(wp), intent(in) :: values(*), lambda(*)
-      real(wp), intent(inout) :: d(*)
-      real(wp) :: t
+      real(wp), intent(in) :: values(2, *), lambda(*)
+      real(wp), intent(inout) :: d(2, *)
+      real(wp) :: t1, t2
       integer :: j, k
 
       do j = 1, columns
          k = first(j)
          if (first(j + 1) - k == 2) then
-            d(j) = d(j) - (values(place(k))*lambda(row(k)) + values(place(k + 1))*lambda(row(k + 1)))
+            t1 = values(1, place(k))*lambda(row(k)) + values(1, place(k + 1))*lambda(row(k + 1))
+            t2 = values(2, place(k))*lambda(row(k)) + values(2, place(k + 1))*lambda(row(k + 1))
          else
-            t = d(j)
+            t1 = 0.0_wp
+            t2 = 0.0_wp
             !GCC$ unroll 1
             do k = first(j), first(j + 1) - 1
-               t = t - values(place(k))*lambda(row(k))
+               t1 = t1 + values(1, place(k))*lambda(row(k))
+               t2 = t2 + values(2, place(k))*lambda(row(k))
             end do
-            d(j) = t
          end if
+         d(1, j) = d(1, j) - t1
+         d(2, j) = d(2, j) - t2
+      end do
+   end subroutine subtract_columns_of_pairs
+
+   !> d := d - A^T lambda column by column: no entry of d waits for another.
+   pure subroutine subtract_columns(g, columns, first, row, place, values, lambda, d)
+      integer, intent(in) :: g, columns
+      integer, intent(in) :: first(*), row(*), place(*)
+      real(wp), intent(in) :: values(g, *), lambda(*)
+      real(wp), intent(inout) :: d(g, *)
+      integer :: j, k, l
+
+      do j = 1, columns
+         do k = first(j), first(j + 1) - 1
+            !GCC$ unroll 1
+            do l = 1, g
+               d(l, j) = d(l, j) - values(l, place(k))*lambda(row(k))
+            end do
+         end do
       end do
    end subroutine subtract_columns
 

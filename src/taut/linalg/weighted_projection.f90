@@ -9,21 +9,25 @@ module taut_linalg_weighted_projection
    use taut_linalg_lapack, only: dgemm
    use taut_linalg_normal_matrix, only: normal_matrix_t
    use taut_linalg_pivoted_cholesky, only: orthonormalize, remove_components
+   use taut_linalg_ordering, only: bandwidth, minimum_degree, reverse_cuthill_mckee
    use taut_linalg_pseudo_inverse, only: pseudo_inverse_t, singular_value_inverse_t, path_singular_values
+   use taut_linalg_sparse_factor, only: sparse_factor_t
    use taut_linalg_sparse_rows, only: sparse_rows_t
    implicit none (type, external)
    private
    public :: weighted_projection_t, solver_code, solver_names
-   public :: solver_auto, solver_dgelsd, solver_factor, solver_pivoted, solver_banded
+   public :: solver_auto, solver_dgelsd, solver_factor, solver_pivoted, solver_banded, solver_sparse
 
    !> How S^+ is had, S = A K^-1 A^T.
    !!
-   !! `auto`: of an A with a pattern, banded where that pays; otherwise Cholesky with pivoting where its pivots leave no doubt
-   !! about the rank, and DGELSD where they do. `dgelsd`: always that. `factor`: DGELSD on A L^-T, K = L L^T, which does not
-   !! square the condition number. `pivoted-cholesky`: always that. `banded`: L D L^T in an ordering with a small bandwidth.
-   integer, parameter :: solver_auto = 1, solver_dgelsd = 2, solver_factor = 3, solver_pivoted = 4, solver_banded = 5
-   character(len=16), parameter :: solver_names(5) = [character(len=16) :: 'auto', 'dgelsd', 'factor', 'pivoted-cholesky', &
-                                                      'banded']
+   !! `auto`: of an A with a pattern, banded or sparse where that pays; otherwise Cholesky with pivoting where its pivots
+   !! leave no doubt about the rank, and DGELSD where they do. `dgelsd`: always that. `factor`: DGELSD on A L^-T, K = L L^T,
+   !! which does not square the condition number. `pivoted-cholesky`: always that. `banded`, `sparse`: L D L^T in an ordering
+   !! with a small bandwidth or with little fill.
+   integer, parameter :: solver_auto = 1, solver_dgelsd = 2, solver_factor = 3, solver_pivoted = 4, solver_banded = 5, &
+                         solver_sparse = 6
+   character(len=16), parameter :: solver_names(6) = [character(len=16) :: 'auto', 'dgelsd', 'factor', 'pivoted-cholesky', &
+                                                      'banded', 'sparse']
 
    !> Below this product of sizes, loops are faster than a call of DGEMM.
    integer, parameter :: small = 20000
@@ -31,6 +35,10 @@ module taut_linalg_weighted_projection
    real(wp), parameter :: doubtful_factor = 1.0e-4_wp
    !> Relative size below which a pivot counts as zero, unless the user says otherwise; and that of the largest noise.
    real(wp), parameter :: pivot_rcond = 1.0e-8_wp, largest_cut = 1.0e-6_wp
+   !> How much a multiplication of the sparse factorization costs, in those of the banded and of the dense one.
+   real(wp), parameter :: cost_over_banded = 4.0_wp, cost_over_dense = 8.0_wp
+   !> Up to so many constraints a dense factorization is faster than any other, unless S is tridiagonal.
+   integer, parameter :: few = 8
 
    !> Constraint matrix A with a metric K, ready to be applied.
    type :: weighted_projection_t
@@ -46,12 +54,13 @@ module taut_linalg_weighted_projection
       real(wp), allocatable :: kinv_at(:, :)
       type(pseudo_inverse_t) :: s_plus
       integer, private :: solver = solver_auto
-      logical, private :: identity = .false., structured = .false., banded = .false., single = .false.
+      logical, private :: identity = .false., structured = .false., banded = .false., sparse = .false., single = .false.
       real(wp), private :: rcond_factor = 1.0e-9_wp, rcond_pivot = pivot_rcond, reciprocal = 0.0_wp
       real(wp), allocatable, private :: a_linvt(:, :), row(:), ones(:), z(:)
       type(singular_value_inverse_t), private :: root
       type(normal_matrix_t), private :: normal
-      type(banded_factor_t), private :: factor
+      type(banded_factor_t), private :: band
+      type(sparse_factor_t), private :: fill
    contains
       procedure :: init
       procedure :: update
@@ -104,7 +113,7 @@ contains
       else if (solver == solver_pivoted) then
          self%s_plus%rcond = pivot_rcond
       end if
-      self%structured = solver == solver_banded .or. .not. a%full
+      self%structured = solver == solver_banded .or. solver == solver_sparse .or. .not. a%full
       if (solver == solver_factor) then
          self%structured = .false.
          allocate (self%a_linvt(c, n), self%row(c), self%z(n), source=0.0_wp)
@@ -116,15 +125,15 @@ contains
          if (a%full) then
             call filled%set_pattern(n, [(i*n + 1, i=0, c)], [((j, j=1, n), i=1, c)])
             call self%normal%init(filled, c, sizes)
+            call choose_ordering(self, filled)
          else
             call self%normal%init(a, c, sizes)
+            call choose_ordering(self, a)
          end if
-         self%banded = solver == solver_banded .or. (solver == solver_auto .and. pays(self%normal%width, c))
       else
          allocate (self%kinv_at(n, c), source=0.0_wp)
       end if
-      if (self%banded) then
-         call self%factor%init(c, self%normal%width)
+      if (self%banded .or. self%sparse) then
          allocate (self%z(c), source=0.0_wp)
       else if (solver /= solver_factor) then
          self%s_plus%always_singular_values = solver == solver_dgelsd
@@ -134,13 +143,47 @@ contains
       end if
    end subroutine init
 
-   !> Whether a band matrix is so narrow that its factorization is worth while.
-   pure function pays(width, c)
-      integer, intent(in) :: width, c
-      logical :: pays
+   !> Chooses between banded, sparse and dense by what their factorizations cost, unless the user has.
+   subroutine choose_ordering(self, a)
+      type(weighted_projection_t), intent(inout) :: self
+      type(sparse_rows_t), intent(in) :: a
+      integer, allocatable :: first(:), neighbor(:)
+      integer :: narrow(self%c), thin(self%c), c, i, width
+      real(wp) :: work
 
-      pays = width <= 1 .or. 3*width <= c
-   end function pays
+      c = self%c
+      if (.not. any(self%solver == [solver_auto, solver_banded, solver_sparse])) return
+      call self%normal%graph(first, neighbor)
+      narrow = [(i, i=1, c)]
+      width = bandwidth(first, neighbor, narrow)
+      if (width > 1) then
+         call reverse_cuthill_mckee(first, neighbor, thin)
+         if (bandwidth(first, neighbor, thin) < width) narrow = thin
+         width = bandwidth(first, neighbor, narrow)
+      end if
+      self%banded = self%solver == solver_banded .or. (self%solver == solver_auto .and. width <= 1)
+      self%sparse = self%solver == solver_sparse
+      if (self%solver == solver_auto .and. .not. self%banded .and. c <= few) return
+      if (.not. self%banded) then
+         call minimum_degree(first, neighbor, thin)
+         call self%normal%reorder(a, thin)
+         call self%fill%init(c, self%normal%row, self%normal%column)
+         if (self%solver == solver_auto) then
+            work = self%fill%work()
+            self%banded = real(c, wp)*width**2 < cost_over_banded*work
+            work = cost_over_dense*min(work, real(c, wp)*width**2/cost_over_banded)
+            if (work > real(c, wp)**3/3) then
+               self%banded = .false.
+               return
+            end if
+            self%sparse = .not. self%banded
+         end if
+      end if
+      if (self%banded) then
+         call self%normal%reorder(a, narrow)
+         call self%band%init(c, width)
+      end if
+   end subroutine choose_ordering
 
    !> Takes a new A, and K factorized.
    subroutine update(self, a, k, identity, info, noise)
@@ -278,9 +321,13 @@ contains
       end if
       if (self%banded) then
          ! What a slightly violated constraint makes out of a zero is of the order of the square of the violation.
-         call self%factor%factorize(self%normal%s, self%normal%row, self%normal%column, &
+         call self%band%factorize(self%normal%s, self%normal%row, self%normal%column, &
                                     max(self%rcond_pivot, min(largest_cut, (10.0_wp*noise)**2)))
-         self%rank = self%factor%rank
+         self%rank = self%band%rank
+         return
+      else if (self%sparse) then
+         call self%fill%factorize(self%normal%s, self%normal%column, max(self%rcond_pivot, min(largest_cut, (10.0_wp*noise)**2)))
+         self%rank = self%fill%rank
          return
       end if
       c = self%c
@@ -388,8 +435,8 @@ contains
       end do
    end subroutine project_single
 
-   !> Multipliers S^+ r, Eqs (7) and (14); by `banded`, those of redundant rows are zero instead of all being of minimum norm,
-   !! with the same reactions A^T lambda: see `minimum_norm`.
+   !> Multipliers S^+ r, Eqs (7) and (14); by `banded` and `sparse`, those of redundant rows are zero instead of all being of
+   !! minimum norm, with the same reactions A^T lambda: see `minimum_norm`.
    subroutine multipliers(self, r, lambda)
       !> The operator, updated.
       class(weighted_projection_t), intent(inout) :: self
@@ -402,17 +449,17 @@ contains
       if (self%c == 0) return
       if (self%single) then
          lambda(1) = self%reciprocal*r(1)
-      else if (self%banded) then
+      else if (self%banded .or. self%sparse) then
          if (self%normal%natural) then
             do i = 1, self%c
                lambda(i) = r(i)
             end do
-            call self%factor%solve(lambda)
+            call solve_ordered(self, lambda)
          else
             do i = 1, self%c
                self%z(i) = r(self%normal%order(i))
             end do
-            call self%factor%solve(self%z)
+            call solve_ordered(self, self%z)
             do i = 1, self%c
                lambda(self%normal%order(i)) = self%z(i)
             end do
@@ -436,31 +483,47 @@ contains
       end if
    end subroutine multipliers
 
+   !> x := S^-1 x in the ordering of S.
+   pure subroutine solve_ordered(self, x)
+      type(weighted_projection_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: x(:)
+
+      if (self%banded) then
+         call self%band%solve(x)
+      else
+         call self%fill%solve(x)
+      end if
+   end subroutine solve_ordered
+
    !> Makes multipliers those of minimum norm, S^+ r: takes off them what makes no reaction. For reports: it may allocate.
    subroutine minimum_norm(self, lambda)
       !> The operator, updated.
       class(weighted_projection_t), intent(inout) :: self
       !> Multipliers, replaced: (c).
       real(wp), intent(inout), contiguous :: lambda(:)
-      real(wp), allocatable :: null(:, :)
+      real(wp), allocatable :: null(:, :), x(:)
       integer :: i, j, l
 
-      if (.not. self%banded .or. self%rank == self%c) return
+      if (.not. (self%banded .or. self%sparse) .or. self%rank == self%c) return
       ! Null vectors of S: one for each row that was left out, made up for by the others.
-      allocate (null(self%c, self%c - self%rank), source=0.0_wp)
+      allocate (null(self%c, self%c - self%rank), x(self%c), source=0.0_wp)
       j = 0
       do i = 1, self%c
-         if (self%factor%reciprocal(i) > 0.0_wp) cycle
+         if (self%banded) then
+            if (self%band%reciprocal(i) > 0.0_wp) cycle
+         else
+            if (self%fill%reciprocal(i) > 0.0_wp) cycle
+         end if
          j = j + 1
-         self%z(:) = 0.0_wp
+         x(:) = 0.0_wp
          do l = 1, size(self%normal%row)
-            if (self%normal%column(l) == i) self%z(self%normal%row(l)) = -self%normal%s(self%c + l)
-            if (self%normal%row(l) == i) self%z(self%normal%column(l)) = -self%normal%s(self%c + l)
+            if (self%normal%column(l) == i) x(self%normal%row(l)) = -self%normal%s(self%c + l)
+            if (self%normal%row(l) == i) x(self%normal%column(l)) = -self%normal%s(self%c + l)
          end do
-         call self%factor%solve(self%z)
-         self%z(i) = 1.0_wp
+         call solve_ordered(self, x)
+         x(i) = 1.0_wp
          do l = 1, self%c
-            null(self%normal%order(l), j) = self%z(l)
+            null(self%normal%order(l), j) = x(l)
          end do
       end do
       call orthonormalize(null, j)

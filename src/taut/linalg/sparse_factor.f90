@@ -1,0 +1,186 @@
+!> L D L^T of a sparse symmetric positive semi-definite matrix; rows that depend on others are left out.
+module taut_linalg_sparse_factor
+   use taut_kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: sparse_factor_t
+
+   !> The factor, row by row, with the entries that the elimination fills in found out once.
+   !!
+   !! Pivots are judged as in `banded_factor_t`. Source: T.A. Davis, Algorithm 849: a concise sparse Cholesky factorization
+   !! package, ACM Trans. Math. Softw. 31 (2005) 587-591.
+   type :: sparse_factor_t
+      integer :: n = 0
+      !> Rows that were not left out.
+      integer :: rank = 0
+      !> Reciprocals of the pivots; zero where a row is left out.
+      real(wp), allocatable :: reciprocal(:)
+      !> Entries of L by columns: first of each column, row of each.
+      integer, allocatable :: first(:), row(:)
+      !> Entries of L by rows: first of each row, column and place of each; and those of the matrix.
+      integer, allocatable, private :: row_first(:), column(:), place(:), given_first(:)
+      real(wp), allocatable, private :: l(:), y(:)
+   contains
+      procedure :: init
+      procedure :: work
+      procedure :: factorize
+      procedure :: solve
+   end type sparse_factor_t
+
+contains
+
+   !> Finds out where the entries of L are; nothing is allocated afterwards.
+   subroutine init(self, n, row, column)
+      !> The factor.
+      class(sparse_factor_t), intent(out) :: self
+      !> Rows.
+      integer, intent(in) :: n
+      !> Row and column of the entries below the diagonal, row by row.
+      integer, intent(in) :: row(:), column(:)
+      integer :: flag(n), parent(n), count_of(n), e, i, k, m, round
+
+      self%n = n
+      allocate (self%given_first(n + 1), source=0)
+      do e = 1, size(row)
+         self%given_first(row(e) + 1) = self%given_first(row(e) + 1) + 1
+      end do
+      self%given_first(1) = 1
+      do k = 1, n
+         self%given_first(k + 1) = self%given_first(k + 1) + self%given_first(k)
+      end do
+      ! Row k of L has the entries that lie on the paths from those of the matrix to k in the elimination tree.
+      parent = 0
+      allocate (self%row_first(n + 1), self%first(n + 1), source=0)
+      do round = 1, 2
+         count_of = 0
+         flag = 0
+         m = 0
+         do k = 1, n
+            flag(k) = k
+            self%row_first(k) = m + 1
+            do e = self%given_first(k), self%given_first(k + 1) - 1
+               i = column(e)
+               do while (flag(i) /= k)
+                  if (parent(i) == 0) parent(i) = k
+                  flag(i) = k
+                  m = m + 1
+                  if (round == 2) self%column(m) = i
+                  count_of(i) = count_of(i) + 1
+                  i = parent(i)
+               end do
+            end do
+            if (round == 2) call sort(self%column(self%row_first(k):m))
+         end do
+         self%row_first(n + 1) = m + 1
+         if (round == 1) allocate (self%column(m), self%place(m), self%row(m), source=0)
+      end do
+      self%first(1) = 1
+      do k = 1, n
+         self%first(k + 1) = self%first(k) + count_of(k)
+      end do
+      count_of = 0
+      do k = 1, n
+         do e = self%row_first(k), self%row_first(k + 1) - 1
+            i = self%column(e)
+            self%place(e) = self%first(i) + count_of(i)
+            self%row(self%place(e)) = k
+            count_of(i) = count_of(i) + 1
+         end do
+      end do
+      allocate (self%l(m), self%y(n), self%reciprocal(n), source=0.0_wp)
+   end subroutine init
+
+   !> Ascending order, by shell sort.
+   pure subroutine sort(list)
+      integer, intent(inout) :: list(:)
+      integer :: gap, i, j, t
+
+      gap = size(list)/2
+      do while (gap > 0)
+         do i = gap + 1, size(list)
+            t = list(i)
+            j = i
+            do while (j > gap)
+               if (list(j - gap) <= t) exit
+               list(j) = list(j - gap)
+               j = j - gap
+            end do
+            list(j) = t
+         end do
+         gap = gap/2
+      end do
+   end subroutine sort
+
+   !> Multiplications of a factorization.
+   pure function work(self) result(number)
+      !> The factor.
+      class(sparse_factor_t), intent(in) :: self
+      !> Their number.
+      real(wp) :: number
+
+      number = sum(real(self%first(2:) - self%first(:self%n), wp)**2)
+   end function work
+
+   !> Factorizes the matrix whose lower triangle is given entry by entry.
+   pure subroutine factorize(self, s, column, cut)
+      !> The factor.
+      class(sparse_factor_t), intent(inout) :: self
+      !> Entries, finite: the diagonal (n), then those below it, row by row.
+      real(wp), intent(in), contiguous :: s(:)
+      !> Column of those below the diagonal.
+      integer, intent(in), contiguous :: column(:)
+      !> Pivots up to this part of their diagonal entry are zero.
+      real(wp), intent(in) :: cut
+      integer :: e, i, k, p
+      real(wp) :: d, t
+
+      self%rank = self%n
+      do k = 1, self%n
+         do e = self%given_first(k), self%given_first(k + 1) - 1
+            self%y(column(e)) = s(self%n + e)
+         end do
+         d = s(k)
+         do e = self%row_first(k), self%row_first(k + 1) - 1
+            i = self%column(e)
+            t = self%y(i)
+            self%y(i) = 0.0_wp
+            do p = self%first(i), self%place(e) - 1
+               self%y(self%row(p)) = self%y(self%row(p)) - self%l(p)*t
+            end do
+            self%l(self%place(e)) = t*self%reciprocal(i)
+            d = d - t*self%l(self%place(e))
+         end do
+         if (d <= cut*s(k)) then
+            self%reciprocal(k) = 0.0_wp
+            self%rank = self%rank - 1
+         else
+            self%reciprocal(k) = 1.0_wp/d
+         end if
+      end do
+   end subroutine factorize
+
+   !> x := S^-1 x; zero where a row is left out.
+   pure subroutine solve(self, x)
+      !> The factor.
+      class(sparse_factor_t), intent(in) :: self
+      !> Right-hand side, replaced by the solution: (n).
+      real(wp), intent(inout), contiguous :: x(:)
+      integer :: j, p
+      real(wp) :: t
+
+      do j = 1, self%n
+         t = x(j)
+         do p = self%first(j), self%first(j + 1) - 1
+            x(self%row(p)) = x(self%row(p)) - self%l(p)*t
+         end do
+      end do
+      do j = self%n, 1, -1
+         t = x(j)*self%reciprocal(j)
+         do p = self%first(j), self%first(j + 1) - 1
+            t = t - self%l(p)*x(self%row(p))
+         end do
+         x(j) = t
+      end do
+   end subroutine solve
+
+end module taut_linalg_sparse_factor
