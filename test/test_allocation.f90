@@ -6,6 +6,8 @@ module test_allocation
    use systems, only: new_compound, new_coupler, new_particle, sleigh
    use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, method_names, method_t, state_t, wp
+   use taut_linalg_weighted_projection, only: solver_names
+   use taut_model_chain, only: chain_t, new_chain
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_model_beam, only: beam_t
    use testing, only: check, new_test, no_error, test_t
@@ -106,16 +108,20 @@ contains
 
    subroutine solvers_do_not_allocate(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(len=16), parameter :: solvers(3) = [character(len=16) :: 'auto', 'dgelsd', 'factor']
       type(pendulum_t) :: model
+      type(chain_t) :: chain
+      type(state_t) :: at
       type(method_t) :: method
       type(error_t), allocatable :: error
       integer :: i
 
       call new_pendulum(model, 1.0_wp, 1.0_wp, 9.81_wp, 3, error)
-      do i = 1, size(solvers)
-         method%solver = solvers(i)
-         call compare_runs(trim(solvers(i)), model, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], method, failure)
+      call new_chain(chain, 7, 1.0_wp, 1.0_wp, 9.81_wp, error)
+      call chain%start(0.0_wp, at)
+      do i = 1, size(solver_names)
+         method%solver = solver_names(i)
+         call compare_runs(trim(solver_names(i)), model, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], method, failure)
+         call compare_runs('chain, '//trim(solver_names(i)), chain, at%x, at%v, method, failure)
       end do
    end subroutine solvers_do_not_allocate
 

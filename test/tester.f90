@@ -12,6 +12,7 @@ program tester
    use test_ode_edges, only: collect_ode_edges
    use test_projectors, only: collect_projectors
    use test_settings, only: collect_settings
+   use test_structure, only: collect_structure
    use test_modal_body, only: collect_modal_body
    use test_restart, only: collect_restart
    use test_ritz, only: collect_ritz
@@ -31,6 +32,7 @@ program tester
    if (command_argument_count() > 0) call get_command_argument(1, only)
    call run_suite('linalg', collect_linalg(), trim(only), outcome)
    call run_suite('weighted projection', collect_weighted_projection(), trim(only), outcome)
+   call run_suite('structure', collect_structure(), trim(only), outcome)
    call run_suite('projectors', collect_projectors(), trim(only), outcome)
    call run_suite('ode', collect_ode(), trim(only), outcome)
    call run_suite('ode edges', collect_ode_edges(), trim(only), outcome)
