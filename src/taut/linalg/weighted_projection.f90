@@ -36,9 +36,9 @@ module taut_linalg_weighted_projection
    !> Relative size below which a pivot counts as zero, unless the user says otherwise; and that of the largest noise.
    real(wp), parameter :: pivot_rcond = 1.0e-8_wp, largest_cut = 1.0e-6_wp
    !> How much a multiplication of the sparse factorization costs, in those of the banded and of the dense one.
-   real(wp), parameter :: cost_over_banded = 4.0_wp, cost_over_dense = 8.0_wp
+   real(wp), parameter :: cost_over_banded = 4.0_wp, cost_over_dense = 4.0_wp
    !> Up to so many constraints a dense factorization is faster than any other, unless S is tridiagonal.
-   integer, parameter :: few = 8
+   integer, parameter :: few = 6
 
    !> Constraint matrix A with a metric K, ready to be applied.
    type :: weighted_projection_t
