@@ -44,6 +44,8 @@ module taut_model_nodes
       procedure :: mass
       procedure :: constraint
       procedure :: jacobian
+      procedure :: pattern
+      procedure :: jacobian_entries
       procedure :: b_second
       procedure :: x_rate
       procedure :: v_of_x_rate
@@ -363,6 +365,47 @@ contains
          a(i, 6*j - 5:6*j) = row
       end do
    end subroutine jacobian
+
+   !> Each row has three entries: those of a node's displacements, or of its rotations. An extension that adds rows of its own
+   !! has a dense A, unless it has a pattern of its own too.
+   pure subroutine pattern(self, first, column)
+      !> The system.
+      class(nodal_system_t), intent(in) :: self
+      !> First entry of each row: (c + 1); column of each entry.
+      integer, allocatable, intent(out) :: first(:), column(:)
+      integer :: i, j
+
+      if (self%c /= size(self%constraints)) return
+      allocate (first(size(self%constraints) + 1), column(3*size(self%constraints)))
+      first(1) = 1
+      do i = 1, size(self%constraints)
+         first(i + 1) = first(i) + 3
+         j = 6*self%constraints(i)%node - 6
+         if (self%constraints(i)%kind == kind_rotation) j = j + 3
+         column(3*i - 2:3*i) = [j + 1, j + 2, j + 3]
+      end do
+   end subroutine pattern
+
+   !> A, row by row.
+   subroutine jacobian_entries(self, at, values)
+      !> The system and its state.
+      class(nodal_system_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      !> Entries of the pattern: (3 c).
+      real(wp), intent(out) :: values(:)
+      real(wp) :: row(6)
+      integer :: i, j
+
+      do i = 1, size(self%constraints)
+         j = self%constraints(i)%node
+         row = self%constraints(i)%row(at%x(7*j - 6:7*j))
+         if (self%constraints(i)%kind == kind_rotation) then
+            values(3*i - 2:3*i) = row(4:6)
+         else
+            values(3*i - 2:3*i) = row(1:3)
+         end if
+      end do
+   end subroutine jacobian_entries
 
    !> b'', row by row.
    subroutine b_second(self, at, value)
