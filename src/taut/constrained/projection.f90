@@ -191,7 +191,7 @@ contains
       noise = 0.0_wp
       do iteration = 1, self%max_iterations + 1
          if (self%residual <= self%tolerance) return
-         scale = epsilon(1.0_wp)*largest_entry(at%x)
+         scale = spacing(largest_entry(at%x))
          least = max(self%tolerance, 4.0_wp*scale)
          if (self%residual <= least) return
          if (iteration > self%max_iterations) exit
