@@ -65,7 +65,11 @@ contains
       self%used = 0
       self%column = 0
       do i = 1, size(self%wanted)
-         call add_text(self, column_name(model, i))
+         if (self%wanted(i)) then
+            call add_text(self, column_name(model, i))
+         else
+            self%column = self%column + 1
+         end if
       end do
       call self%csv%put(self%line(1:self%used - 1), error)
    end subroutine create
@@ -83,6 +87,7 @@ contains
       !> A column that does not exist.
       type(error_t), allocatable, intent(inout) :: error
       logical :: met(size(columns))
+      character(:), allocatable :: name
       integer :: i, j
 
       self%t_start = t_start
@@ -94,9 +99,10 @@ contains
       if (all(columns == '')) return
       met = columns == ''
       do i = 1, size(self%wanted)
+         name = column_name(model, i)
          do j = 1, size(columns)
             if (columns(j) == '') cycle
-            if (.not. matches(column_name(model, i), trim(columns(j)))) cycle
+            if (.not. matches(name, trim(columns(j)))) cycle
             met(j) = .true.
             self%wanted(i) = .true.
          end do
