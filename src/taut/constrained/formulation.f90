@@ -411,12 +411,12 @@ contains
    !> Eq. (11b) or (19b): accelerations from the forces and A vdot = b''; the operator may be that of M/mass.
    subroutine constrained_acceleration(a, b_second, force_form, m, mass, reduced, f, r, lambda, vdot)
       type(sparse_rows_t), intent(in) :: a
-      real(wp), intent(in), contiguous :: b_second(:)
+      real(wp), intent(in) :: b_second(a%c)
       logical, intent(in) :: force_form
       type(block_diagonal_t), intent(in) :: m
       real(wp), intent(in) :: mass
       type(weighted_projection_t), intent(inout) :: reduced
-      real(wp), intent(inout), contiguous :: f(:), r(:), lambda(:), vdot(:)
+      real(wp), intent(inout) :: f(a%n), r(a%c), lambda(a%c), vdot(a%n)
       integer :: i
 
       ! Unconstrained acceleration a = M^-1 f, and the reduced one A a, Eq. (21).
@@ -424,7 +424,7 @@ contains
       ! lambda = S^+ (A a - b''), Eq. (14b); (h), Eq. (11b): vdot = a - M^-1 A^T lambda.
       call reduced%project(a, b_second, vdot, r, lambda)
       if (abs(mass - 1.0_wp) > 0.0_wp) then
-         do i = 1, size(lambda)
+         do i = 1, a%c
             lambda(i) = mass*lambda(i)
          end do
       end if

@@ -232,19 +232,19 @@ contains
       !> The factorized matrix.
       class(block_diagonal_t), intent(in) :: self
       !> Right-hand side: (n).
-      real(wp), intent(in), contiguous :: x(:)
+      real(wp), intent(in) :: x(self%n)
       !> Solution: (n).
-      real(wp), intent(inout), contiguous :: y(:)
+      real(wp), intent(inout) :: y(self%n)
       integer :: i
 
       if (self%diagonal) then
          !GCC$ unroll 1
-         do i = 1, size(x)
+         do i = 1, self%n
             y(i) = self%factor(i)*x(i)
          end do
          return
       end if
-      do i = 1, size(x)
+      do i = 1, self%n
          y(i) = x(i)
       end do
       call self%solve(1, y)

@@ -50,7 +50,7 @@ module taut_linalg_weighted_projection
       integer :: rank = 0
       !> S = A K^-1 A^T: (c, c), the inverse of the paper's reduced mass matrix, Eq. (20); not formed by `factor` and `banded`.
       real(wp), allocatable :: s(:, :)
-      !> K^-1 A^T: (n, c); not formed if A has a pattern.
+      !> K^-1 A^T: (n, c); not formed if A has a pattern, or a single row and K = I.
       real(wp), allocatable :: kinv_at(:, :)
       type(pseudo_inverse_t) :: s_plus
       integer, private :: solver = solver_auto
@@ -206,11 +206,12 @@ contains
       if (self%c == 0) return
       self%identity = identity
       if (self%single) then
-         do l = 1, self%n
-            self%kinv_at(l, 1) = a%values(l)
-         end do
-         if (.not. identity) call k%solve(1, self%kinv_at)
-         call update_single(self%n, a%values, self%kinv_at, self%reciprocal, self%rank, info)
+         if (identity) then
+            call update_single(self%n, a%values, a%values, self%reciprocal, self%rank, info)
+         else
+            call k%solve_vector(a%values, self%kinv_at)
+            call update_single(self%n, a%values, self%kinv_at, self%reciprocal, self%rank, info)
+         end if
          return
       end if
       last = self%c*self%n
@@ -246,6 +247,7 @@ contains
 
       s = 0.0_wp
       !GCC$ unroll 1
+      !GCC$ novector
       do l = 1, n
          s = s + a(l)*kinv_at(l)
       end do
@@ -395,17 +397,21 @@ contains
       !> The constraint matrix of the update.
       type(sparse_rows_t), intent(in) :: a
       !> What A d shall be: (c).
-      real(wp), intent(in), contiguous :: b(:)
+      real(wp), intent(in) :: b(self%c)
       !> What is projected: (n).
-      real(wp), intent(inout), contiguous :: d(:)
+      real(wp), intent(inout) :: d(self%n)
       !> The violation: (c).
-      real(wp), intent(inout), contiguous :: r(:)
+      real(wp), intent(inout) :: r(self%c)
       !> The multipliers, see `multipliers`: (c).
-      real(wp), intent(inout), contiguous :: lambda(:)
+      real(wp), intent(inout) :: lambda(self%c)
 
       if (self%c == 0) return
       if (self%single) then
-         call project_single(self%n, a%values, self%kinv_at, self%reciprocal, b, d, r, lambda)
+         if (self%identity) then
+            call project_single(self%n, a%values, a%values, self%reciprocal, b, d, r, lambda)
+         else
+            call project_single(self%n, a%values, self%kinv_at, self%reciprocal, b, d, r, lambda)
+         end if
          return
       end if
       call a%multiply(d, r, b)
@@ -423,6 +429,7 @@ contains
 
       t = -b(1)
       !GCC$ unroll 1
+      !GCC$ novector
       do l = 1, n
          t = t + a(l)*d(l)
       end do
@@ -430,6 +437,7 @@ contains
       t = reciprocal*t
       lambda(1) = t
       !GCC$ unroll 1
+      !GCC$ novector
       do l = 1, n
          d(l) = d(l) - kinv_at(l)*t
       end do
@@ -441,9 +449,9 @@ contains
       !> The operator, updated.
       class(weighted_projection_t), intent(inout) :: self
       !> Violation at the level concerned: (c).
-      real(wp), intent(in), contiguous :: r(:)
+      real(wp), intent(in) :: r(self%c)
       !> The multipliers: (c).
-      real(wp), intent(out), contiguous :: lambda(:)
+      real(wp), intent(out) :: lambda(self%c)
       integer :: i, j
 
       if (self%c == 0) return
@@ -537,9 +545,9 @@ contains
       !> The constraint matrix of the update.
       type(sparse_rows_t), intent(in) :: a
       !> Multipliers: (c).
-      real(wp), intent(in), contiguous :: lambda(:)
+      real(wp), intent(in) :: lambda(self%c)
       !> What is corrected: (n).
-      real(wp), intent(inout), contiguous :: d(:)
+      real(wp), intent(inout) :: d(self%n)
       integer :: i, j
 
       if (self%structured) then
@@ -548,6 +556,14 @@ contains
          else
             call self%normal%a_kinv%subtract_transposed(lambda, d)
          end if
+         return
+      end if
+      if (self%single .and. self%identity) then
+         !GCC$ unroll 1
+         !GCC$ novector
+         do i = 1, self%n
+            d(i) = d(i) - a%values(i)*lambda(1)
+         end do
          return
       end if
       do j = 1, self%c
