@@ -43,6 +43,7 @@ contains
               new_test('products of sparse rows', products), &
               new_test('orderings of a shuffled chain, a tree and a net', orderings), &
               new_test('the operator on random patterns', random_patterns), &
+              new_test('a row without entries', empty_row), &
               new_test('a straight chain of 10000 rods is not redundant', straight_chain), &
               new_test('each solver, each system: the same motion', solvers_agree), &
               new_test('a chain of one rod is a pendulum', one_rod), &
@@ -294,6 +295,29 @@ contains
       end subroutine one
 
    end subroutine random_patterns
+
+   !> A row without entries has no part in anything, whatever the solver.
+   subroutine empty_row(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(sparse_rows_t) :: rows
+      type(weighted_projection_t) :: onto
+      type(block_diagonal_t) :: none
+      real(wp) :: d(4), lambda(3), r(3)
+      integer :: info, s
+
+      ! {1, 1, 0, 0}, nothing, and {0, 0, 1, -1}; the last row is the second group.
+      call rows%set_pattern(4, [1, 3, 3, 5], [1, 2, 3, 4])
+      rows%values(:) = [1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp]
+      do s = 1, size(solver_names)
+         call onto%init(rows, 3, [1, 1, 1, 1], s, 0.0_wp)
+         call onto%update(rows, none, .true., info, 0.0_wp)
+         d = [3.0_wp, 1.0_wp, 2.0_wp, 4.0_wp]
+         call onto%project(rows, [0.0_wp, 0.0_wp, 0.0_wp], d, r, lambda)
+         call check(failure, info == 0 .and. onto%rank == 2, 'rank, '//trim(solver_names(s)))
+         call check_below(failure, maxval(abs(d - [1.0_wp, -1.0_wp, 3.0_wp, 3.0_wp])), 1.0e-14_wp, 'result, '//solver_names(s))
+         call check_below(failure, maxval(abs(lambda - [2.0_wp, 0.0_wp, -1.0_wp])), 1.0e-14_wp, 'lambda, '//solver_names(s))
+      end do
+   end subroutine empty_row
 
    !> Hanging straight at rest: the tension of rod i carries the masses below, (n + 1 - i) m g, and nothing moves.
    subroutine straight_chain(failure)

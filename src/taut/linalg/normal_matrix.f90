@@ -22,7 +22,8 @@ module taut_linalg_normal_matrix
       integer, allocatable :: row(:), column(:)
       !> A K^-1: the rows of A, filled up to whole blocks of K; not set where it is A itself.
       type(sparse_rows_t) :: a_kinv
-      !> The products of groups of entries of A and of A K^-1 that make the entries of S, and the size of the groups.
+      !> The products of groups of entries of A and of A K^-1 that make the entries of S, by the first entries of the groups,
+      !! and the size of the groups.
       integer, allocatable, private :: first(:), of_a(:), of_a_kinv(:)
       integer, private :: group = 1
       !> Where the entries of A are in A K^-1, if K has blocks, and the blocks of each row.
@@ -149,7 +150,7 @@ contains
          do k = self%a_kinv%first(i), self%a_kinv%first(i + 1) - 1, g
             l = (self%a_kinv%column(k) - 1)/g + 1
             of_row(begin(l)) = i
-            of_entry(begin(l)) = (k - 1)/g + 1
+            of_entry(begin(l)) = k
             begin(l) = begin(l) + 1
          end do
       end do
@@ -225,7 +226,7 @@ contains
                   number(j) = m
                   products(m) = self%first(c + entries + m - 1)
                end if
-               self%of_a(products(number(j))) = (k - 1)/g + 1
+               self%of_a(products(number(j))) = k
                self%of_a_kinv(products(number(j))) = of_entry(l)
                products(number(j)) = products(number(j)) + 1
             end do
@@ -324,7 +325,7 @@ contains
    pure subroutine sum_products(g, entries, first, of_a, of_a_kinv, a, a_kinv, s)
       integer, intent(in) :: g, entries
       integer, intent(in) :: first(*), of_a(*), of_a_kinv(*)
-      real(wp), intent(in) :: a(g, *), a_kinv(g, *)
+      real(wp), intent(in) :: a(*), a_kinv(*)
       real(wp), intent(inout) :: s(*)
       integer :: e, l, p
       real(wp) :: t
@@ -334,7 +335,7 @@ contains
          do p = first(e), first(e + 1) - 1
             !GCC$ unroll 1
             do l = 1, g
-               t = t + a(l, of_a(p))*a_kinv(l, of_a_kinv(p))
+               t = t + a(of_a(p) + l - 1)*a_kinv(of_a_kinv(p) + l - 1)
             end do
          end do
          s(e) = t
@@ -345,18 +346,28 @@ contains
    pure subroutine sum_products_of_pairs(entries, first, of_a, of_a_kinv, a, a_kinv, s)
       integer, intent(in) :: entries
       integer, intent(in) :: first(*), of_a(*), of_a_kinv(*)
-      real(wp), intent(in) :: a(2, *), a_kinv(2, *)
+      real(wp), intent(in) :: a(*), a_kinv(*)
       real(wp), intent(inout) :: s(*)
-      integer :: e, p
+      integer :: e, j, k, p
       real(wp) :: t1, t2
 
       do e = 1, entries
-         t1 = 0.0_wp
-         t2 = 0.0_wp
+         p = first(e)
+         if (first(e + 1) == p) then
+            ! A row without entries.
+            s(e) = 0.0_wp
+            cycle
+         end if
+         j = of_a(p)
+         k = of_a_kinv(p)
+         t1 = a(j)*a_kinv(k)
+         t2 = a(j + 1)*a_kinv(k + 1)
          !GCC$ unroll 1
-         do p = first(e), first(e + 1) - 1
-            t1 = t1 + a(1, of_a(p))*a_kinv(1, of_a_kinv(p))
-            t2 = t2 + a(2, of_a(p))*a_kinv(2, of_a_kinv(p))
+         do p = p + 1, first(e + 1) - 1
+            j = of_a(p)
+            k = of_a_kinv(p)
+            t1 = t1 + a(j)*a_kinv(k)
+            t2 = t2 + a(j + 1)*a_kinv(k + 1)
          end do
          s(e) = t1 + t2
       end do

@@ -19,8 +19,8 @@ module taut_linalg_sparse_rows
       real(wp), allocatable :: values(:)
       !> Columns that always come together, as those of a point: all rows are made of groups of so many, 1 to 3.
       integer :: group = 1
-      !> The groups row by row, and column by column: first of each row, its column; first of each column, its row and place.
-      integer, allocatable, private :: row_first(:), group_column(:), column_first(:), group_row(:), place(:)
+      !> The groups column by column: first of each column; row of each, and place of its first entry in `values`.
+      integer, allocatable, private :: column_first(:), group_row(:), place(:)
       !> Room for all entries in column order, (c, n), where they have to be given like that; only if `full`.
       real(wp), allocatable :: all_entries(:, :)
    contains
@@ -91,19 +91,17 @@ contains
       made = .true.
    end function made_of_groups
 
-   !> The groups row by row and column by column.
+   !> The groups column by column.
    subroutine find_groups(self)
       type(sparse_rows_t), intent(inout) :: self
       integer :: g, i, k, l, groups
 
       g = self%group
       groups = size(self%column)/g
-      allocate (self%row_first, source=(self%first - 1)/g + 1)
-      allocate (self%group_column(groups), self%group_row(groups), self%place(groups))
+      allocate (self%group_row(groups), self%place(groups))
       allocate (self%column_first(self%n/g + 1), source=0)
       do k = 1, groups
          l = (self%column((k - 1)*g + 1) - 1)/g + 1
-         self%group_column(k) = l
          self%column_first(l + 1) = self%column_first(l + 1) + 1
       end do
       self%column_first(1) = 1
@@ -111,10 +109,10 @@ contains
          self%column_first(l + 1) = self%column_first(l + 1) + self%column_first(l)
       end do
       do i = 1, self%c
-         do k = self%row_first(i), self%row_first(i + 1) - 1
-            l = self%group_column(k)
+         do k = (self%first(i) - 1)/g + 1, (self%first(i + 1) - 1)/g
+            l = (self%column((k - 1)*g + 1) - 1)/g + 1
             self%group_row(self%column_first(l)) = i
-            self%place(self%column_first(l)) = k
+            self%place(self%column_first(l)) = (k - 1)*g + 1
             self%column_first(l) = self%column_first(l) + 1
          end do
       end do
@@ -192,69 +190,66 @@ contains
          end do
          return
       end if
-      do i = 1, size(r)
-         r(i) = 0.0_wp
-      end do
+      if (self%group == 2) then
+         call multiply_pairs(size(r), self%first, self%column, self%values, v, r)
+      else
+         call multiply_rows(size(r), self%first, self%column, self%values, v, r)
+      end if
       if (present(b)) then
          do i = 1, size(r)
-            r(i) = -b(i)
+            r(i) = r(i) - b(i)
          end do
-      end if
-      if (self%group == 2) then
-         call add_rows_of_pairs(size(r), self%row_first, self%group_column, self%values, v, r)
-      else
-         call add_rows(self%group, size(r), self%row_first, self%group_column, self%values, v, r)
       end if
    end subroutine multiply
 
-   !> r := r + A v with groups of two, as those of points in a plane.
-   pure subroutine add_rows_of_pairs(rows, first, column, values, v, r)
+   !> r = A v with groups of two, as those of points in a plane.
+   pure subroutine multiply_pairs(rows, first, column, values, v, r)
       integer, intent(in) :: rows
       integer, intent(in) :: first(*), column(*)
-      real(wp), intent(in) :: values(2, *), v(2, *)
+      real(wp), intent(in) :: values(*), v(*)
       real(wp), intent(inout) :: r(*)
       real(wp) :: t1, t2
-      integer :: i, k
+      integer :: i, j, k, l
 
       do i = 1, rows
          k = first(i)
-         if (first(i + 1) - k == 2) then
+         if (first(i + 1) - k == 4) then
             ! Most constraints join two things.
-            t1 = values(1, k)*v(1, column(k)) + values(1, k + 1)*v(1, column(k + 1))
-            t2 = values(2, k)*v(2, column(k)) + values(2, k + 1)*v(2, column(k + 1))
+            j = column(k)
+            l = column(k + 2)
+            t1 = values(k)*v(j) + values(k + 2)*v(l)
+            t2 = values(k + 1)*v(j + 1) + values(k + 3)*v(l + 1)
          else
             t1 = 0.0_wp
             t2 = 0.0_wp
-            !GCC$ unroll 1
-            do k = first(i), first(i + 1) - 1
-               t1 = t1 + values(1, k)*v(1, column(k))
-               t2 = t2 + values(2, k)*v(2, column(k))
+            do k = first(i), first(i + 1) - 1, 2
+               j = column(k)
+               t1 = t1 + values(k)*v(j)
+               t2 = t2 + values(k + 1)*v(j + 1)
             end do
          end if
-         r(i) = r(i) + (t1 + t2)
+         r(i) = t1 + t2
       end do
-   end subroutine add_rows_of_pairs
+   end subroutine multiply_pairs
 
-   !> r := r + A v.
-   pure subroutine add_rows(g, rows, first, column, values, v, r)
-      integer, intent(in) :: g, rows
+   !> r = A v.
+   pure subroutine multiply_rows(rows, first, column, values, v, r)
+      integer, intent(in) :: rows
       integer, intent(in) :: first(*), column(*)
-      real(wp), intent(in) :: values(g, *), v(g, *)
+      real(wp), intent(in) :: values(*), v(*)
       real(wp), intent(inout) :: r(*)
       real(wp) :: t
-      integer :: i, k, l
+      integer :: i, k
 
       do i = 1, rows
          t = 0.0_wp
+         !GCC$ unroll 1
          do k = first(i), first(i + 1) - 1
-            !GCC$ unroll 1
-            do l = 1, g
-               t = t + values(l, k)*v(l, column(k))
-            end do
+            t = t + values(k)*v(column(k))
          end do
-         r(i) = r(i) + t
+         r(i) = t
       end do
-   end subroutine add_rows
+   end subroutine multiply_rows
 
    !> d := d - A^T lambda with the first rows, as many as lambda has.
    pure subroutine subtract_transposed(self, lambda, d)
@@ -294,23 +289,26 @@ contains
    pure subroutine subtract_columns_of_pairs(columns, first, row, place, values, lambda, d)
       integer, intent(in) :: columns
       integer, intent(in) :: first(*), row(*), place(*)
-      real(wp), intent(in) :: values(2, *), lambda(*)
+      real(wp), intent(in) :: values(*), lambda(*)
       real(wp), intent(inout) :: d(2, *)
       real(wp) :: t1, t2
-      integer :: j, k
+      integer :: j, k, p, q
 
       do j = 1, columns
          k = first(j)
          if (first(j + 1) - k == 2) then
-            t1 = values(1, place(k))*lambda(row(k)) + values(1, place(k + 1))*lambda(row(k + 1))
-            t2 = values(2, place(k))*lambda(row(k)) + values(2, place(k + 1))*lambda(row(k + 1))
+            p = place(k)
+            q = place(k + 1)
+            t1 = values(p)*lambda(row(k)) + values(q)*lambda(row(k + 1))
+            t2 = values(p + 1)*lambda(row(k)) + values(q + 1)*lambda(row(k + 1))
          else
             t1 = 0.0_wp
             t2 = 0.0_wp
             !GCC$ unroll 1
             do k = first(j), first(j + 1) - 1
-               t1 = t1 + values(1, place(k))*lambda(row(k))
-               t2 = t2 + values(2, place(k))*lambda(row(k))
+               p = place(k)
+               t1 = t1 + values(p)*lambda(row(k))
+               t2 = t2 + values(p + 1)*lambda(row(k))
             end do
          end if
          d(1, j) = d(1, j) - t1
@@ -322,7 +320,7 @@ contains
    pure subroutine subtract_columns(g, columns, first, row, place, values, lambda, d)
       integer, intent(in) :: g, columns
       integer, intent(in) :: first(*), row(*), place(*)
-      real(wp), intent(in) :: values(g, *), lambda(*)
+      real(wp), intent(in) :: values(*), lambda(*)
       real(wp), intent(inout) :: d(g, *)
       integer :: j, k, l
 
@@ -330,7 +328,7 @@ contains
          do k = first(j), first(j + 1) - 1
             !GCC$ unroll 1
             do l = 1, g
-               d(l, j) = d(l, j) - values(l, place(k))*lambda(row(k))
+               d(l, j) = d(l, j) - values(place(k) + l - 1)*lambda(row(k))
             end do
          end do
       end do
