@@ -3,6 +3,7 @@
 !! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
 !! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
 module taut_constrained_formulation
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
@@ -61,6 +62,10 @@ module taut_constrained_formulation
       real(wp), private :: phi_raw = 0.0_wp, phidot_raw = 0.0_wp
       !> With W = I and the same mass everywhere, M = m I: m, so that S_M = S_W/m; otherwise 0.
       real(wp), private :: uniform_mass = 0.0_wp
+      !> 1/m.
+      real(wp), private :: uniform_mobility = 0.0_wp
+      !> Whether that is so and there is one constraint.
+      logical, private :: single = .false.
       integer, private :: bad_row_of_mass = 0
    contains
       procedure :: init
@@ -201,7 +206,7 @@ contains
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
 
-      call self%unpack(t, y, self%at)
+      call unpack(self, t, y, self%at)
       select case (self%kind)
       case (present_method)
          call rhs_present(self, dydt, info)
@@ -227,12 +232,20 @@ contains
 
       n = self%model%n
       n_x = self%model%n_x
+      if (.not. self%mass_ready) then
+         call renew_mass(self, info)
+         if (info /= rhs_ok) return
+      end if
       ! (a) project x on the invariant manifold, Eq. (17)
       if (self%stage_newton) then
          call self%projector%position(self%model, self%at, info)
          if (info /= rhs_ok) return
       else
          call self%model%normalize(self%at%x)
+      end if
+      if (self%single) then
+         call rhs_single(self, n_x, n, self%projector%a%values, self%at%v, self%force, dydt, info)
+         if (info == rhs_ok) return
       end if
       ! (b) A, with the corrected x
       call self%projector%linearize(self%model, self%at, info, 0.0_wp)
@@ -264,6 +277,63 @@ contains
       call constrained_acceleration(self%projector%a, self%b_second, self%force_form, self%m, 1.0_wp, self%reduced, &
                                     self%force, self%r, self%lambda, dydt(n_x + 1:n_x + n))
    end subroutine rhs_present
+
+   !> Steps (b) to (h) for one constraint with W = I and M = m I: one number S serves both levels, and nothing is called but
+   !! the system. `info` is not `rhs_ok` where the general way has to decide.
+   subroutine rhs_single(self, n_x, n, a, v, f, dydt, info)
+      type(constrained_ode_t), intent(inout) :: self
+      integer, intent(in) :: n_x, n
+      !> A; the velocity, projected on return; the force, divided by m on return.
+      real(wp), intent(inout) :: a(1, n), v(n), f(n)
+      real(wp), intent(inout) :: dydt(n_x + n)
+      integer, intent(out) :: info
+      real(wp) :: b(1), reciprocal, s, t
+      integer :: i
+
+      ! (b) A and S, with the corrected x
+      call self%model%jacobian(self%at, a)
+      s = 0.0_wp
+      !GCC$ unroll 1
+      do i = 1, n
+         s = s + a(1, i)*a(1, i)
+      end do
+      info = rhs_retry
+      if (.not. (ieee_is_finite(s) .and. s > tiny(1.0_wp))) return
+      info = rhs_ok
+      reciprocal = 1.0_wp/s
+      ! (c) b', (d) v := v - A^T S^-1 (A v - b')
+      call self%model%b_prime(self%at, b)
+      t = -b(1)
+      !GCC$ unroll 1
+      do i = 1, n
+         t = t + a(1, i)*v(i)
+      end do
+      self%projector%b_prime(1) = b(1)
+      self%projector%phidot_raw = abs(t)
+      t = reciprocal*t
+      self%projector%mu(1) = t
+      !GCC$ unroll 1
+      do i = 1, n
+         v(i) = v(i) - a(1, i)*t
+      end do
+      call self%model%x_rate(self%at, v, dydt(:n_x))
+      ! (e) b'', (f) S m and f/m, (h) vdot = f/m - A^T lambda/m
+      call self%model%b_second(self%at, b)
+      call self%model%force(self%at, f)
+      t = -b(1)
+      !GCC$ unroll 1
+      do i = 1, n
+         f(i) = self%uniform_mobility*f(i)
+         t = t + a(1, i)*f(i)
+      end do
+      self%b_second(1) = b(1)
+      t = reciprocal*t
+      self%lambda(1) = self%uniform_mass*t
+      !GCC$ unroll 1
+      do i = 1, n
+         dydt(n_x + i) = f(i) - a(1, i)*t
+      end do
+   end subroutine rhs_single
 
    !> Eq. (8), with the acceleration-level constraint as it is or with Baumgarte's terms.
    subroutine rhs_acceleration_level(self, dydt, info)
@@ -381,7 +451,10 @@ contains
          info = rhs_retry
       else if (self%m%diagonal .and. self%kind == present_method .and. self%method%weight == 'identity') then
          if (all(abs(self%m%values - self%m%values(1)) <= 0.0_wp)) self%uniform_mass = self%m%values(1)
+         if (self%uniform_mass > 0.0_wp) self%uniform_mobility = 1.0_wp/self%uniform_mass
       end if
+      self%single = self%uniform_mass > 0.0_wp .and. self%model%constant_mass .and. self%model%c == 1 .and. self%a%full .and. &
+                    .not. self%force_form .and. self%method%solver == 'auto'
    end subroutine renew_mass
 
    !> vdot from A vdot = b'' with A in `a`, b'' in `b_second`, at a state that may violate the constraints.
@@ -499,7 +572,7 @@ contains
 
       if (.not. self%replaces_x .or. self%threshold >= 0.0_wp) return
       n_x = self%model%n_x
-      if (self%kind == acceleration_level) then
+      if (self%kind == acceleration_level .or. self%single) then
          call self%projector%linearize(self%model, self%at, info, 0.0_wp)
          if (info /= rhs_ok) return
       end if

@@ -349,8 +349,13 @@ contains
       !> xdot: (n_x).
       real(wp), intent(out) :: value(:)
 
+      integer :: i
+
       if (size(u) == size(value)) then
-         value(:) = u
+         !GCC$ unroll 1
+         do i = 1, size(u)
+            value(i) = u(i)
+         end do
       else
          value(:) = ieee_value(1.0_wp, ieee_quiet_nan)
       end if
@@ -369,8 +374,13 @@ contains
       !> Velocities: (n).
       real(wp), intent(out) :: u(:)
 
+      integer :: i
+
       if (size(u) == size(rate)) then
-         u(:) = rate
+         !GCC$ unroll 1
+         do i = 1, size(u)
+            u(i) = rate(i)
+         end do
       else
          u(:) = ieee_value(1.0_wp, ieee_quiet_nan)
       end if

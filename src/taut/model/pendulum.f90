@@ -106,11 +106,15 @@ contains
       !> The constraint matrix: (copies, 2).
       real(wp), intent(out) :: a(:, :)
       real(wp) :: r
+      integer :: i
 
       r = sqrt(at%x(1)**2 + at%x(2)**2)
       if (r > 0.0_wp) r = 1.0_wp/r
-      a(:, 1) = at%x(1)*r
-      a(:, 2) = at%x(2)*r
+      !GCC$ unroll 1
+      do i = 1, size(a, 1)
+         a(i, 1) = at%x(1)*r
+         a(i, 2) = at%x(2)*r
+      end do
       associate (unused_pendulum => self)
       end associate
    end subroutine jacobian
@@ -123,12 +127,17 @@ contains
       type(state_t), intent(in) :: at
       !> b'': (copies).
       real(wp), intent(out) :: value(:)
-      real(wp) :: r2
+      real(wp) :: b, r2
+      integer :: i
 
       ! v^2 - (A v)^2 is the square of the transverse velocity, (x vz - z vx)^2/r^2.
       r2 = at%x(1)**2 + at%x(2)**2
-      value(:) = 0.0_wp
-      if (r2 > 0.0_wp) value(:) = -(at%x(1)*at%v(2) - at%x(2)*at%v(1))**2/(r2*sqrt(r2))
+      b = 0.0_wp
+      if (r2 > 0.0_wp) b = -(at%x(1)*at%v(2) - at%x(2)*at%v(1))**2/(r2*sqrt(r2))
+      !GCC$ unroll 1
+      do i = 1, size(value)
+         value(i) = b
+      end do
       associate (unused_pendulum => self)
       end associate
    end subroutine b_second
