@@ -13,6 +13,7 @@ program tester
    use test_projectors, only: collect_projectors
    use test_settings, only: collect_settings
    use test_structure, only: collect_structure
+   use test_mechanism, only: collect_mechanism
    use test_modal_body, only: collect_modal_body
    use test_restart, only: collect_restart
    use test_ritz, only: collect_ritz
@@ -52,6 +53,7 @@ program tester
    call run_suite('beam', collect_beam(), trim(only), outcome)
    call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
    call run_suite('modes', collect_modes(), trim(only), outcome)
+   call run_suite('mechanism', collect_mechanism(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'
    if (outcome%failed > 0) stop 1, quiet=.true.
 end program tester

@@ -9,8 +9,8 @@ module taut_model_nodes
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_dead_load, only: dead_load_t
    use taut_model_node_constraint, only: kind_distance, kind_position, kind_rotation, node_constraint_t
-   use taut_rotation, only: quaternion_body_rate, quaternion_normalized, quaternion_of_vector, quaternion_product, &
-                            quaternion_rate, rotate_back
+   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity
+   use taut_rotation, only: quaternion_normalized, rotate_back
    implicit none (type, external)
    private
    public :: nodal_system_t
@@ -432,8 +432,7 @@ contains
       integer :: i
 
       do i = 1, self%nodes
-         value(7*i - 6:7*i - 4) = u(6*i - 5:6*i - 3)
-         value(7*i - 3:7*i) = quaternion_rate(at%x(7*i - 3:7*i), u(6*i - 2:6*i))
+         call pose_rate(at%x(7*i - 6:7*i), u(6*i - 5:6*i), value(7*i - 6:7*i))
       end do
    end subroutine x_rate
 
@@ -447,8 +446,7 @@ contains
       integer :: i
 
       do i = 1, self%nodes
-         u(6*i - 5:6*i - 3) = rate(7*i - 6:7*i - 4)
-         u(6*i - 2:6*i) = quaternion_body_rate(at%x(7*i - 3:7*i), rate(7*i - 3:7*i))
+         call pose_velocity(at%x(7*i - 6:7*i), rate(7*i - 6:7*i), u(6*i - 5:6*i))
       end do
    end subroutine v_of_x_rate
 
@@ -458,13 +456,10 @@ contains
       class(nodal_system_t), intent(in) :: self
       real(wp), intent(in) :: d(:)
       real(wp), intent(inout) :: x(:)
-      real(wp) :: q(4)
       integer :: i
 
       do i = 1, self%nodes
-         x(7*i - 6:7*i - 4) = x(7*i - 6:7*i - 4) + d(6*i - 5:6*i - 3)
-         q = quaternion_product(x(7*i - 3:7*i), quaternion_of_vector(d(6*i - 2:6*i)))
-         x(7*i - 3:7*i) = q
+         call move_pose(d(6*i - 5:6*i), x(7*i - 6:7*i))
       end do
    end subroutine displace
 
@@ -473,12 +468,10 @@ contains
       !> The system, and its coordinates (7 nodes).
       class(nodal_system_t), intent(in) :: self
       real(wp), intent(inout) :: x(:)
-      real(wp) :: q(4)
       integer :: i
 
       do i = 1, self%nodes
-         q = quaternion_normalized(x(7*i - 3:7*i))
-         x(7*i - 3:7*i) = q
+         call normalize_pose(x(7*i - 6:7*i))
       end do
    end subroutine normalize
 

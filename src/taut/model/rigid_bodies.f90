@@ -14,8 +14,8 @@ module taut_model_rigid_bodies
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_rotation, only: cross, matrix_of_quaternion, quaternion_body_rate, quaternion_normalized, quaternion_of_vector, &
-                            quaternion_product, quaternion_rate
+   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity
+   use taut_rotation, only: cross, matrix_of_quaternion
    implicit none (type, external)
    private
    public :: rigid_body_t, rigid_bodies_t, spherical_joint_t, new_rigid_bodies
@@ -279,8 +279,7 @@ contains
       integer :: b
 
       do b = 1, size(self%bodies)
-         value(7*b - 6:7*b - 4) = u(6*b - 5:6*b - 3)
-         value(7*b - 3:7*b) = quaternion_rate(at%x(7*b - 3:7*b), u(6*b - 2:6*b))
+         call pose_rate(at%x(7*b - 6:7*b), u(6*b - 5:6*b), value(7*b - 6:7*b))
       end do
    end subroutine x_rate
 
@@ -297,8 +296,7 @@ contains
       integer :: b
 
       do b = 1, size(self%bodies)
-         u(6*b - 5:6*b - 3) = rate(7*b - 6:7*b - 4)
-         u(6*b - 2:6*b) = quaternion_body_rate(at%x(7*b - 3:7*b), rate(7*b - 3:7*b))
+         call pose_velocity(at%x(7*b - 6:7*b), rate(7*b - 6:7*b), u(6*b - 5:6*b))
       end do
    end subroutine v_of_x_rate
 
@@ -313,8 +311,7 @@ contains
       integer :: b
 
       do b = 1, size(self%bodies)
-         x(7*b - 6:7*b - 4) = x(7*b - 6:7*b - 4) + d(6*b - 5:6*b - 3)
-         x(7*b - 3:7*b) = quaternion_product(x(7*b - 3:7*b), quaternion_of_vector(d(6*b - 2:6*b)))
+         call move_pose(d(6*b - 5:6*b), x(7*b - 6:7*b))
       end do
    end subroutine displace
 
@@ -327,7 +324,7 @@ contains
       integer :: b
 
       do b = 1, size(self%bodies)
-         x(7*b - 3:7*b) = quaternion_normalized(x(7*b - 3:7*b))
+         call normalize_pose(x(7*b - 6:7*b))
       end do
    end subroutine normalize
 

@@ -1,0 +1,261 @@
+!> Joints of a mechanism: where they are, and the rows that they are made of.
+!!
+!! A joint has a frame in either body; axis 3 is its axis. The frames are parallel at the start or, for a revolute or
+!! cylindrical joint with an initial angle, turned by it. In the plane x-y a joint has the rows of the plane only.
+module taut_model_mechanism_joint
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise
+   use taut_model_mechanism_body, only: pose_t
+   use taut_model_mechanism_row, only: row_angle, row_contact, row_distance, row_dot, row_knife, row_offset, row_point, &
+                                       row_rolling, row_t
+   use taut_rotation, only: cross
+   implicit none (type, external)
+   private
+   public :: joint_t, joint_types, joint_rows, joint_frames, joint_angle, joint_displacement, joint_angle_rate
+   public :: type_distance, type_spherical, type_revolute, type_prismatic, type_cylindrical, type_universal, type_planar, &
+             type_fixed, type_in_line, type_coordinate, type_rolling, type_knife_edge
+
+   integer, parameter :: type_distance = 1, type_spherical = 2, type_revolute = 3, type_prismatic = 4, type_cylindrical = 5, &
+                         type_universal = 6, type_planar = 7, type_fixed = 8, type_in_line = 9, type_coordinate = 10, &
+                         type_rolling = 11, type_knife_edge = 12
+   !> Names of the types, in the order of their numbers.
+   character(len=11), parameter :: joint_types(12) = [character(len=11) :: 'distance', 'spherical', 'revolute', 'prismatic', &
+                                                      'cylindrical', 'universal', 'planar', 'fixed', 'in-line', 'coordinate', &
+                                                      'rolling', 'knife-edge']
+
+   !> A joint.
+   type :: joint_t
+      !> What it is called.
+      character(:), allocatable :: name
+      !> One of the `type_` constants.
+      integer :: type = type_spherical
+      !> Its bodies; 0 is the ground.
+      integer :: body_1 = 0, body_2 = 0
+      !> Its points in body axes [m].
+      real(wp) :: p_1(3) = 0.0_wp, p_2(3) = 0.0_wp
+      !> Its frames in body axes, one axis a column.
+      real(wp) :: frame_1(3, 3) = 0.0_wp, frame_2(3, 3) = 0.0_wp
+      !> Length of a distance, value of a coordinate, radius of a disc [m].
+      real(wp) :: length = 0.0_wp
+      !> Functions that drive its angle and its displacement (also: distance, coordinate); 0: none.
+      integer :: angle_drive = 0, drive = 0
+      !> Its rows: those with a position level, and those without.
+      integer :: first = 1, last = 0, first_rate = 1, last_rate = 0
+   end type joint_t
+
+contains
+
+   !> Frames from an axis given in global axes (or two, for bodies that are not assembled).
+   subroutine joint_frames(joint, one, two, axis_1, axis_2, angle, error)
+      !> The joint; its frames are set.
+      type(joint_t), intent(inout) :: joint
+      !> Poses of the bodies at the start.
+      type(pose_t), intent(in) :: one, two
+      !> Axes in global axes at the start, of any length: that of body 1 and that of body 2.
+      real(wp), intent(in) :: axis_1(3), axis_2(3)
+      !> The angle at the start [rad].
+      real(wp), intent(in) :: angle
+      !> An axis of length zero.
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: e(3, 3), f(3, 3)
+
+      if (.not. (norm2(axis_1) > 1.0e-12_wp .and. norm2(axis_2) > 1.0e-12_wp .and. norm2(axis_1) <= huge(1.0_wp) .and. &
+                 norm2(axis_2) <= huge(1.0_wp))) then
+         call raise(error, 'joint "'//joint%name//'"', 'its axis has the length zero or is not a number', &
+                    'give a direction; its length does not matter')
+         return
+      end if
+      call frame_of_axis(axis_1, e)
+      f(:, 3) = axis_2/norm2(axis_2)
+      ! The first axis of body 1's frame, normal to the axis of body 2.
+      f(:, 1) = e(:, 1) - dot_product(e(:, 1), f(:, 3))*f(:, 3)
+      if (norm2(f(:, 1)) > 1.0e-3_wp) then
+         f(:, 1) = f(:, 1)/norm2(f(:, 1))
+         f(:, 2) = cross(f(:, 3), f(:, 1))
+      else
+         call frame_of_axis(axis_2, f)
+      end if
+      joint%frame_1 = matmul(transpose(one%r), e)
+      e(:, 1) = cos(angle)*f(:, 1) + sin(angle)*f(:, 2)
+      e(:, 2) = cos(angle)*f(:, 2) - sin(angle)*f(:, 1)
+      e(:, 3) = f(:, 3)
+      joint%frame_2 = matmul(transpose(two%r), e)
+   end subroutine joint_frames
+
+   !> A frame with a given third axis. An axis in the plane x-y has its first axis in that plane.
+   pure subroutine frame_of_axis(axis, e)
+      real(wp), intent(in) :: axis(3)
+      real(wp), intent(out) :: e(3, 3)
+      real(wp), parameter :: x(3) = [1.0_wp, 0.0_wp, 0.0_wp], z(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+
+      e(:, 3) = axis/norm2(axis)
+      if (abs(e(3, 3)) < 0.9_wp) then
+         e(:, 1) = cross(z, e(:, 3))
+         e(:, 1) = e(:, 1)/norm2(e(:, 1))
+         e(:, 2) = cross(e(:, 3), e(:, 1))
+      else
+         e(:, 2) = cross(e(:, 3), x)
+         e(:, 2) = e(:, 2)/norm2(e(:, 2))
+         e(:, 1) = cross(e(:, 2), e(:, 3))
+      end if
+   end subroutine frame_of_axis
+
+   !> The rows of a joint: those with a position level, and those without.
+   subroutine joint_rows(joint, planar, holonomic, rates, error)
+      !> The joint, its points and frames set.
+      type(joint_t), intent(in) :: joint
+      !> Whether the mechanism is in the plane x-y.
+      logical, intent(in) :: planar
+      !> Its rows.
+      type(row_t), allocatable, intent(out) :: holonomic(:), rates(:)
+      !> A type that the plane does not have, a drive that the type does not have.
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: here
+      integer :: i
+
+      here = 'joint "'//joint%name//'"'
+      allocate (holonomic(0), rates(0))
+      if (planar .and. any(joint%type == [type_cylindrical, type_universal, type_planar, type_rolling])) &
+         call raise(error, here, 'a '//trim(joint_types(joint%type))//' joint has no meaning in the plane', &
+                    'use revolute, prismatic, fixed, in-line, distance or coordinate, or a spatial mechanism')
+      if (joint%angle_drive > 0 .and. .not. any(joint%type == [type_revolute, type_cylindrical])) &
+         call raise(error, here, 'a '//trim(joint_types(joint%type))//' joint has no angle to be driven', &
+                    'drive that of a revolute or cylindrical one')
+      if (joint%drive > 0 .and. .not. any(joint%type == [type_distance, type_prismatic, type_cylindrical, type_coordinate])) &
+         call raise(error, here, 'a '//trim(joint_types(joint%type))//' joint has no displacement to be driven', &
+                    'drive that of a prismatic or cylindrical one, a distance or a coordinate; `drive_angle` drives an angle')
+      if (allocated(error)) return
+      select case (joint%type)
+      case (type_spherical)
+         call coincide()
+      case (type_revolute)
+         call coincide()
+         if (.not. planar) call align()
+      case (type_universal)
+         call coincide()
+         call add(row_dot, a=joint%frame_1(:, 3), b=joint%frame_2(:, 3))
+      case (type_cylindrical)
+         call align()
+         call add(row_offset, a=joint%frame_1(:, 1))
+         call add(row_offset, a=joint%frame_1(:, 2))
+      case (type_prismatic)
+         call add(row_offset, a=joint%frame_1(:, 1))
+         if (planar) then
+            call add(row_dot, a=joint%frame_1(:, 1), b=joint%frame_2(:, 3))
+         else
+            call add(row_offset, a=joint%frame_1(:, 2))
+            call align()
+            call add(row_dot, a=joint%frame_1(:, 1), b=joint%frame_2(:, 2))
+         end if
+      case (type_planar)
+         call align()
+         call add(row_offset, a=joint%frame_1(:, 3))
+      case (type_in_line)
+         call add(row_offset, a=joint%frame_1(:, 1))
+         if (.not. planar) call add(row_offset, a=joint%frame_1(:, 2))
+      case (type_fixed)
+         call coincide()
+         call add(row_dot, a=joint%frame_1(:, 1), b=joint%frame_2(:, 2))
+         if (.not. planar) call add(row_dot, a=joint%frame_1(:, 2), b=joint%frame_2(:, 3))
+         if (.not. planar) call add(row_dot, a=joint%frame_1(:, 3), b=joint%frame_2(:, 1))
+      case (type_distance)
+         call add(row_distance, drive=joint%drive)
+      case (type_coordinate)
+         call add(row_point, a=joint%frame_1(:, 3), drive=joint%drive)
+      case (type_rolling)
+         call add(row_contact, a=joint%frame_1(:, 3), b=joint%frame_2(:, 3))
+         call add(row_rolling, a=joint%frame_1(:, 3), b=joint%frame_2(:, 3), side=joint%frame_1(:, 1))
+         call add(row_rolling, a=joint%frame_1(:, 3), b=joint%frame_2(:, 3), side=joint%frame_1(:, 2))
+      case (type_knife_edge)
+         call add(row_knife, b=joint%frame_2(:, 3))
+      end select
+      if (joint%angle_drive > 0) call add(row_angle, a=joint%frame_1(:, 2), side=joint%frame_1(:, 1), b=joint%frame_2(:, 1), &
+                                          drive=joint%angle_drive)
+      if (joint%drive > 0 .and. any(joint%type == [type_prismatic, type_cylindrical])) &
+         call add(row_offset, a=joint%frame_1(:, 3), drive=joint%drive)
+
+   contains
+
+      !> The points coincide.
+      subroutine coincide()
+         real(wp) :: e(3)
+
+         do i = 1, merge(2, 3, planar)
+            e = 0.0_wp
+            e(i) = 1.0_wp
+            call add(row_point, a=e)
+         end do
+      end subroutine coincide
+
+      !> The axes are parallel.
+      subroutine align()
+         call add(row_dot, a=joint%frame_1(:, 1), b=joint%frame_2(:, 3))
+         call add(row_dot, a=joint%frame_1(:, 2), b=joint%frame_2(:, 3))
+      end subroutine align
+
+      !> One row.
+      subroutine add(kind, a, b, side, drive)
+         integer, intent(in) :: kind
+         real(wp), intent(in), optional :: a(3), b(3), side(3)
+         integer, intent(in), optional :: drive
+         type(row_t) :: row
+
+         row%kind = kind
+         if (present(a)) row%a = a
+         if (present(b)) row%b = b
+         if (present(side)) row%side = side
+         if (present(drive)) row%drive = drive
+         row%p_1 = joint%p_1
+         row%p_2 = joint%p_2
+         if (any(kind == [row_distance, row_contact, row_rolling]) .or. joint%type == type_coordinate) row%length = joint%length
+         if (kind == row_rolling .or. kind == row_knife) then
+            rates = [rates, row]
+         else
+            holonomic = [holonomic, row]
+         end if
+      end subroutine add
+
+   end subroutine joint_rows
+
+   !> The angle by which body 2 is turned about the axis, from -pi to pi.
+   pure function joint_angle(joint, one, two) result(angle)
+      !> The joint and the poses of its bodies.
+      type(joint_t), intent(in) :: joint
+      type(pose_t), intent(in) :: one, two
+      !> The angle [rad].
+      real(wp) :: angle
+      real(wp) :: f(3)
+
+      f = matmul(matmul(two%r, joint%frame_2(:, 1)), one%r)
+      angle = atan2(dot_product(f, joint%frame_1(:, 2)), dot_product(f, joint%frame_1(:, 1)))
+   end function joint_angle
+
+   !> Rate of this angle.
+   pure function joint_angle_rate(joint, one, two) result(rate)
+      !> The joint and the poses of its bodies.
+      type(joint_t), intent(in) :: joint
+      type(pose_t), intent(in) :: one, two
+      !> The rate [rad/s].
+      real(wp) :: rate
+
+      rate = dot_product(matmul(one%r, joint%frame_1(:, 3)), matmul(two%r, two%w) - matmul(one%r, one%w))
+   end function joint_angle_rate
+
+   !> How far point 2 is from point 1: along the axis, or for a distance joint at all.
+   pure function joint_displacement(joint, one, two) result(displacement)
+      !> The joint and the poses of its bodies.
+      type(joint_t), intent(in) :: joint
+      type(pose_t), intent(in) :: one, two
+      !> The displacement [m].
+      real(wp) :: displacement
+      real(wp) :: d(3)
+
+      d = two%p + matmul(two%r, joint%p_2) - one%p - matmul(one%r, joint%p_1)
+      if (joint%type == type_distance) then
+         displacement = norm2(d)
+      else
+         displacement = dot_product(matmul(one%r, joint%frame_1(:, 3)), d)
+      end if
+   end function joint_displacement
+
+end module taut_model_mechanism_joint
