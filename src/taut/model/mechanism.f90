@@ -493,6 +493,38 @@ contains
       column = self%column
    end subroutine pattern
 
+   !> The entries of one row of A, in the order of its columns.
+   pure subroutine row_of_matrix(self, at, i, joint, one, two, entries)
+      class(mechanism_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      integer, intent(in) :: i
+      integer, intent(inout) :: joint
+      type(pose_t), intent(inout) :: one, two
+      real(wp), intent(inout) :: entries(12)
+      real(wp) :: e_1(6), e_2(6), g(3)
+      integer :: before, k, kind
+
+      call poses_of_row(self, at, i, joint, one, two)
+      call drive_of(self, self%rows(i), at%t, g)
+      call row_entries(self%rows(i), one, two, g, e_1, e_2)
+      associate (body_1 => self%joints(joint)%body_1, body_2 => self%joints(joint)%body_2)
+         if (body_1 > 0) then
+            kind = self%bodies(body_1)%kind
+            before = self%first_1(i) - self%first(i)
+            do k = 1, velocities_of_kind(kind)
+               entries(before + k) = e_1(entry_of_velocity(k, kind))
+            end do
+         end if
+         if (body_2 > 0) then
+            kind = self%bodies(body_2)%kind
+            before = self%first_2(i) - self%first(i)
+            do k = 1, velocities_of_kind(kind)
+               entries(before + k) = e_2(entry_of_velocity(k, kind))
+            end do
+         end if
+      end associate
+   end subroutine row_of_matrix
+
    !> The entries of A: each row has those of its bodies.
    subroutine jacobian_entries(self, at, values)
       !> The mechanism and its state.
@@ -501,32 +533,19 @@ contains
       !> In the order of `pattern`.
       real(wp), intent(out) :: values(:)
       type(pose_t) :: one, two
-      real(wp) :: e_1(6), e_2(6), g(3)
-      integer :: i, joint, k, kind
+      real(wp) :: entries(12)
+      integer :: i, joint, k
 
       joint = 0
       do i = 1, self%c
-         call poses_of_row(self, at, i, joint, one, two)
-         call drive_of(self, self%rows(i), at%t, g)
-         call row_entries(self%rows(i), one, two, g, e_1, e_2)
-         associate (body_1 => self%joints(joint)%body_1, body_2 => self%joints(joint)%body_2)
-            if (body_1 > 0) then
-               kind = self%bodies(body_1)%kind
-               do k = 1, velocities_of_kind(kind)
-                  values(self%first_1(i) - 1 + k) = e_1(entry_of_velocity(k, kind))
-               end do
-            end if
-            if (body_2 > 0) then
-               kind = self%bodies(body_2)%kind
-               do k = 1, velocities_of_kind(kind)
-                  values(self%first_2(i) - 1 + k) = e_2(entry_of_velocity(k, kind))
-               end do
-            end if
-         end associate
+         call row_of_matrix(self, at, i, joint, one, two, entries)
+         do k = self%first(i), self%first(i + 1) - 1
+            values(k) = entries(k - self%first(i) + 1)
+         end do
       end do
    end subroutine jacobian_entries
 
-   !> A, dense.
+   !> A, dense; `scatter_entries` would do, with an allocation.
    subroutine jacobian(self, at, a)
       !> The mechanism and its state.
       class(mechanism_t), intent(in) :: self
@@ -534,35 +553,17 @@ contains
       !> The constraint matrix: (c, n).
       real(wp), intent(out) :: a(:, :)
       type(pose_t) :: one, two
-      real(wp) :: e_1(6), e_2(6), g(3)
-      integer :: i, joint
+      real(wp) :: entries(12)
+      integer :: i, joint, k
 
       a(:, :) = 0.0_wp
       joint = 0
       do i = 1, self%c
-         call poses_of_row(self, at, i, joint, one, two)
-         call drive_of(self, self%rows(i), at%t, g)
-         call row_entries(self%rows(i), one, two, g, e_1, e_2)
-         call scatter(self%joints(joint)%body_1, e_1)
-         call scatter(self%joints(joint)%body_2, e_2)
+         call row_of_matrix(self, at, i, joint, one, two, entries)
+         do k = self%first(i), self%first(i + 1) - 1
+            a(i, self%column(k)) = entries(k - self%first(i) + 1)
+         end do
       end do
-
-   contains
-
-      !> The entries of one body.
-      subroutine scatter(body, e)
-         integer, intent(in) :: body
-         real(wp), intent(in) :: e(6)
-         integer :: k
-
-         if (body == 0) return
-         associate (kind => self%bodies(body)%kind, before => self%bodies(body)%before_v)
-            do k = 1, velocities_of_kind(kind)
-               a(i, before + k) = e(entry_of_velocity(k, kind))
-            end do
-         end associate
-      end subroutine scatter
-
    end subroutine jacobian
 
    !> b', row by row.
