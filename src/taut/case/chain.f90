@@ -37,7 +37,7 @@ contains
       length = 1.0_wp
       gravity = 9.81_wp
       angle = 0.0_wp
-      call file%only_groups([character(len=11) :: 'chain', shared_groups], error, many='method')
+      call file%only_groups([character(len=11) :: 'chain', shared_groups], error, many=['method'])
       if (allocated(error)) return
       do i = 1, size(file%groups)
          if (file%groups(i)%name /= 'chain') cycle

@@ -33,7 +33,7 @@ contains
 
       position = 0.0_wp
       velocity = 0.0_wp
-      call file%only_groups([character(len=11) :: 'helicopter', shared_groups], error, many='method')
+      call file%only_groups([character(len=11) :: 'helicopter', shared_groups], error, many=['method'])
       if (allocated(error)) return
       do i = 1, size(file%groups)
          if (file%groups(i)%name /= 'helicopter') cycle

@@ -11,7 +11,7 @@ module taut_case_namelist_file
    use taut_error, only: error_t, raise, to_text
    implicit none (type, external)
    private
-   public :: namelist_file_t, group_t, entry_t, check_names
+   public :: namelist_file_t, group_t, entry_t, check_names, given
 
    !> One assignment.
    type :: entry_t
@@ -271,8 +271,8 @@ contains
       character(*), intent(in) :: names(:)
       !> What is wrong.
       type(error_t), allocatable, intent(inout) :: error
-      !> The group that may be there more than once; default: none.
-      character(*), intent(in), optional :: many
+      !> The groups that may be there more than once; default: none.
+      character(*), intent(in), optional :: many(:)
       character(:), allocatable :: known
       integer :: i, j
 
@@ -289,7 +289,7 @@ contains
             return
          end if
          if (present(many)) then
-            if (self%groups(i)%name == many) cycle
+            if (any(many == self%groups(i)%name)) cycle
          end if
          do j = 1, i - 1
             if (self%groups(j)%name == self%groups(i)%name) &
@@ -346,6 +346,20 @@ contains
          end if
       end associate
    end subroutine complain
+
+   !> Whether a group has an entry, with or without a subscript.
+   pure logical function given(group, name)
+      !> The group.
+      type(group_t), intent(in) :: group
+      !> In lower case.
+      character(*), intent(in) :: name
+      integer :: i
+
+      given = .false.
+      do i = 1, size(group%entries)
+         given = given .or. base_name(group%entries(i)%name) == name
+      end do
+   end function given
 
    !> A name without its subscript.
    pure function base_name(name) result(base)

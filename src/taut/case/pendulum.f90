@@ -36,7 +36,7 @@ contains
       constraint_copies = 1
       position = [1.0_wp, 0.0_wp]
       velocity = 0.0_wp
-      call file%only_groups([character(len=11) :: 'pendulum', shared_groups], error, many='method')
+      call file%only_groups([character(len=11) :: 'pendulum', shared_groups], error, many=['method'])
       if (allocated(error)) return
       do i = 1, size(file%groups)
          if (file%groups(i)%name /= 'pendulum') cycle

@@ -36,13 +36,17 @@ module taut_case_settings
 contains
 
    !> Reads and checks these groups.
-   subroutine read_settings(file, settings, error)
+   subroutine read_settings(file, settings, error, weight, more_output)
       !> The case file.
       type(namelist_file_t), intent(in) :: file
       !> What it says.
       type(settings_t), intent(inout) :: settings
       !> An entry that is not known, not readable or not valid.
       type(error_t), allocatable, intent(inout) :: error
+      !> The weight of methods that name none. Default: that of `method_t`.
+      character(*), intent(in), optional :: weight
+      !> Entries of &output that the model's reader takes, separated by commas and blanks. Default: none.
+      character(*), intent(in), optional :: more_output
       type(integrator_t) :: checked
       type(method_entry_t) :: one
       integer :: i
@@ -57,12 +61,12 @@ contains
             call checked%init(1, settings%options, error)
             call file%locate(file%groups(i), error)
          case ('output')
-            call read_output(file, file%groups(i), settings, error)
+            call read_output(file, file%groups(i), settings, more_output, error)
             if (allocated(error)) return
             call checked%init(1, settings%options, error)
             call file%locate(file%groups(i), error)
          case ('method')
-            call read_method(file, file%groups(i), one, error)
+            call read_method(file, file%groups(i), weight, one, error)
             if (allocated(error)) return
             call one%method%check(error)
             call check_label(one%label, settings%methods, error)
@@ -71,7 +75,9 @@ contains
          end select
       end do
       if (size(settings%methods) == 0 .and. .not. allocated(error)) then
+         one = method_entry_t()
          one%label = 'present'
+         if (present(weight)) one%method%weight = weight
          settings%methods = [one]
       end if
    end subroutine read_settings
@@ -142,12 +148,14 @@ contains
    end subroutine read_integration
 
    !> &output.
-   subroutine read_output(file, group, settings, error)
+   subroutine read_output(file, group, settings, more, error)
       type(namelist_file_t), intent(in) :: file
       type(group_t), intent(in) :: group
       type(settings_t), intent(inout) :: settings
+      character(*), intent(in), optional :: more
       type(error_t), allocatable, intent(inout) :: error
       character(len=len(settings%columns)) :: columns(size(settings%columns))
+      character(:), allocatable :: names
       real(wp) :: dt
       integer :: i, status
       character(len=200) :: message
@@ -155,18 +163,24 @@ contains
 
       dt = settings%options%output_dt
       columns = settings%columns
+      names = 'dt, columns'
+      if (present(more)) names = names//', '//more
       do i = 1, size(group%entries)
+         if (present(more)) then
+            if (index(', '//more//',', ', '//group%entries(i)%name//',') > 0) cycle
+         end if
          read (group%entries(i)%text, nml=output, iostat=status, iomsg=message)
-         if (status /= 0) call file%complain(group, i, message, 'dt, columns', error)
+         if (status /= 0) call file%complain(group, i, message, names, error)
       end do
       settings%options%output_dt = dt
       settings%columns = columns
    end subroutine read_output
 
    !> &method.
-   subroutine read_method(file, group, one, error)
+   subroutine read_method(file, group, default_weight, one, error)
       type(namelist_file_t), intent(in) :: file
       type(group_t), intent(in) :: group
+      character(*), intent(in), optional :: default_weight
       type(method_entry_t), intent(out) :: one
       type(error_t), allocatable, intent(inout) :: error
       character(*), parameter :: names = 'name, label, weight, stage_projection, state_projection, form, solver, rcond, alpha, '// &
@@ -189,6 +203,7 @@ contains
       name = one%method%name
       label = ''
       weight = one%method%weight
+      if (present(default_weight)) weight = default_weight
       stage_projection = one%method%stage_projection
       state_projection = one%method%state_projection
       form = one%method%form

@@ -37,7 +37,7 @@ contains
       type(choice_t) :: choice
       integer :: i
 
-      call file%only_groups([character(len=11) :: 'swing', shared_groups], error, many='method')
+      call file%only_groups([character(len=11) :: 'swing', shared_groups], error, many=['method'])
       if (allocated(error)) return
       do i = 1, size(file%groups)
          if (file%groups(i)%name /= 'swing') cycle

@@ -1,0 +1,259 @@
+!> Case files of mechanisms.
+module taut_case_mechanism
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise
+   use taut_case_mechanism_bodies, only: read_body, read_ground_point, read_point, read_point_mass
+   use taut_case_mechanism_joints, only: read_joint, read_knife_edge, read_rolling
+   use taut_case_mechanism_loads, only: read_function, read_gravity, read_load, read_spring
+   use taut_case_mechanism_names, only: anchor_t, find_anchor, find_joint, locate_named, name_length, parts_t
+   use taut_case_namelist_file, only: given, group_t, namelist_file_t
+   use taut_case_settings, only: read_settings, settings_t, shared_groups
+   use taut_constrained_start, only: consistent_start, start_report_t
+   use taut_constrained_system, only: state_t
+   use taut_model_mechanism, only: event_t, mechanism_t
+   use taut_model_mechanism_assembly, only: assemble_holding, hold_coordinate, worst_joint
+   use taut_model_mechanism_joint, only: type_coordinate, type_cylindrical, type_distance, type_prismatic, type_revolute
+   use taut_model_mechanism_report, only: mechanism_report_t, report_start
+   implicit none (type, external)
+   private
+   public :: read_mechanism, mechanism_groups
+
+   !> Groups of a mechanism.
+   character(len=12), parameter :: mechanism_groups(15) = [character(len=12) :: 'mechanism', 'gravity', 'body', 'point_mass', &
+                                                           'ground_point', 'point', 'function', 'joint', 'rolling', 'knife_edge', &
+                                                           'force', 'moment', 'spring', 'damper', 'event']
+   integer, parameter :: most_held = 100
+
+contains
+
+   !> Reads a case file, assembles the mechanism and describes it.
+   subroutine read_mechanism(file, model, start, settings, report, error)
+      !> The case file.
+      type(namelist_file_t), intent(in) :: file
+      !> The mechanism.
+      type(mechanism_t), intent(out) :: model
+      !> Initial state, assembled.
+      type(state_t), intent(out) :: start
+      !> Tolerances and methods.
+      type(settings_t), intent(out) :: settings
+      !> What is told of it before it runs.
+      type(mechanism_report_t), intent(out) :: report
+      !> What is wrong with the file.
+      type(error_t), allocatable, intent(inout) :: error
+      type(parts_t) :: parts
+      character(len=2*name_length) :: hold(most_held)
+
+      call file%only_groups([character(len=12) :: mechanism_groups, shared_groups], error, &
+                            many=[character(len=12) :: mechanism_groups(3:), 'method'])
+      if (allocated(error)) return
+      call start_parts(parts)
+      call read_all(file, parts, hold, error)
+      if (.not. allocated(error)) call read_settings(file, settings, error, weight='given', more_output='joints')
+      if (allocated(error)) return
+      call parts%model%complete(error)
+      if (allocated(error)) then
+         error%where = file%path//': '//error%where
+         return
+      end if
+      model = parts%model
+      call assemble(file, hold, model, start, settings, report, error)
+   end subroutine read_mechanism
+
+   !> Nothing but the ground.
+   subroutine start_parts(parts)
+      type(parts_t), intent(out) :: parts
+      type(anchor_t) :: ground
+
+      ground%name = 'ground'
+      parts%anchors = [ground]
+      allocate (parts%model%bodies(0), parts%model%joints(0), parts%model%functions(0), parts%model%loads(0), &
+                parts%model%springs(0), parts%model%points(0), parts%model%events(0))
+   end subroutine start_parts
+
+   !> All groups of the mechanism, in an order in which names are known before they are used.
+   subroutine read_all(file, parts, hold, error)
+      type(namelist_file_t), intent(in) :: file
+      type(parts_t), intent(inout) :: parts
+      character(*), intent(out) :: hold(:)
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i, pass
+
+      hold = ''
+      do pass = 1, 7
+         do i = 1, size(file%groups)
+            if (allocated(error)) return
+            associate (group => file%groups(i))
+               select case (group%name)
+               case ('mechanism')
+                  if (pass == 1) call read_flags(file, group, parts, hold, error)
+               case ('gravity')
+                  if (pass == 2) call read_gravity(file, group, parts, error)
+               case ('body')
+                  if (pass == 2) call read_body(file, group, parts, error)
+               case ('point_mass')
+                  if (pass == 2) call read_point_mass(file, group, parts, error)
+               case ('ground_point')
+                  if (pass == 2) call read_ground_point(file, group, parts, error)
+               case ('function')
+                  if (pass == 2) call read_function(file, group, parts, error)
+               case ('point')
+                  if (pass == 3) call read_point(file, group, parts, error)
+               case ('joint')
+                  if (pass == 4) call read_joint(file, group, parts, error)
+               case ('rolling')
+                  if (pass == 4) call read_rolling(file, group, parts, error)
+               case ('knife_edge')
+                  if (pass == 4) call read_knife_edge(file, group, parts, error)
+               case ('force', 'moment')
+                  if (pass == 5) call read_load(file, group, parts, error)
+               case ('spring', 'damper')
+                  if (pass == 5) call read_spring(file, group, parts, error)
+               case ('event')
+                  if (pass == 6) call read_event(file, group, parts, error)
+               case ('output')
+                  if (pass == 7) call read_shown(file, group, parts, error)
+               end select
+            end associate
+         end do
+      end do
+   end subroutine read_all
+
+   !> &mechanism.
+   subroutine read_flags(file, group, parts, hold, error)
+      type(namelist_file_t), intent(in) :: file
+      type(group_t), intent(in) :: group
+      type(parts_t), intent(inout) :: parts
+      character(*), intent(inout) :: hold(:)
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=200) :: message
+      integer :: i, status
+      logical :: planar
+      namelist /mechanism/ planar, hold
+
+      planar = .false.
+      do i = 1, size(group%entries)
+         read (group%entries(i)%text, nml=mechanism, iostat=status, iomsg=message)
+         if (status /= 0) call file%complain(group, i, message, 'planar, hold', error)
+      end do
+      parts%model%planar = planar
+   end subroutine read_flags
+
+   !> &event.
+   subroutine read_event(file, group, parts, error)
+      type(namelist_file_t), intent(in) :: file
+      type(group_t), intent(in) :: group
+      type(parts_t), intent(inout) :: parts
+      type(error_t), allocatable, intent(inout) :: error
+      character(*), parameter :: names = 'name, joint, quantity, point, value'
+      character(len=name_length) :: joint, name, point, quantity
+      character(len=200) :: message
+      real(wp) :: value
+      integer :: i, status
+      type(anchor_t) :: anchor
+      type(event_t) :: made
+      namelist /event/ name, joint, quantity, point, value
+
+      name = ''
+      joint = ''
+      point = ''
+      quantity = ''
+      value = 0.0_wp
+      do i = 1, size(group%entries)
+         read (group%entries(i)%text, nml=event, iostat=status, iomsg=message)
+         if (status /= 0) call file%complain(group, i, message, names, error)
+      end do
+      made%name = trim(name)
+      made%value = value
+      if (len(made%name) == 0 .or. scan(made%name, ', ') > 0) &
+         call raise(error, '', 'it has no name, or one with a blank or a comma', 'give name = "..."')
+      if (given(group, 'joint') .eqv. given(group, 'point')) then
+         call raise(error, '', 'it watches neither a joint nor a point, or both', 'give joint or point')
+      else if (given(group, 'joint')) then
+         call find_joint(parts, joint, 'joint', made%joint, error)
+         if (len_trim(quantity) == 0) quantity = 'angle'
+         made%angle = quantity == 'angle'
+         if (.not. any(quantity == [character(len=12) :: 'angle', 'displacement'])) &
+            call raise(error, '', 'a joint has no quantity "'//trim(quantity)//'"', 'use "angle" or "displacement"')
+         if (.not. allocated(error)) then
+            associate (type => parts%model%joints(made%joint)%type)
+               if (made%angle .and. .not. any(type == [type_revolute, type_cylindrical])) &
+                  call raise(error, '', 'joint "'//trim(joint)//'" has no angle', 'watch a revolute or a cylindrical joint')
+               if (.not. made%angle .and. .not. any(type == [type_prismatic, type_cylindrical, type_distance, type_coordinate])) &
+                  call raise(error, '', 'joint "'//trim(joint)//'" has no displacement', 'watch another joint')
+            end associate
+         end if
+      else
+         call find_anchor(parts, point, 'point', anchor, error)
+         made%body = anchor%body
+         made%at = anchor%at
+         made%axis = index('xyz', trim(quantity))
+         if (len_trim(quantity) /= 1 .or. made%axis == 0) &
+            call raise(error, '', 'a point has no quantity "'//trim(quantity)//'"', 'use "x", "y" or "z"')
+      end if
+      call locate_named(file, group, name, error)
+      if (.not. allocated(error)) parts%model%events = [parts%model%events, made]
+   end subroutine read_event
+
+   !> Entries of &output that are the mechanism's own.
+   subroutine read_shown(file, group, parts, error)
+      type(namelist_file_t), intent(in) :: file
+      type(group_t), intent(in) :: group
+      type(parts_t), intent(inout) :: parts
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=name_length) :: joints(1000)
+      character(len=200) :: message
+      integer :: i, j, status
+      namelist /output/ joints
+
+      joints = ''
+      do i = 1, size(group%entries)
+         if (index(group%entries(i)%name, 'joints') /= 1) cycle
+         read (group%entries(i)%text, nml=output, iostat=status, iomsg=message)
+         if (status /= 0) call file%complain(group, i, message, 'dt, joints', error)
+      end do
+      if (allocated(error) .or. joints(1) == 'all' .or. len_trim(joints(1)) == 0) return
+      allocate (parts%model%shown(0))
+      if (joints(1) == 'none') return
+      do i = 1, size(joints)
+         if (len_trim(joints(i)) == 0) exit
+         call find_joint(parts, joints(i), 'joints', j, error)
+         call locate_named(file, group, '', error)
+         if (allocated(error)) return
+         parts%model%shown = [parts%model%shown, j]
+      end do
+   end subroutine read_shown
+
+   !> Brings the start to the constraints, and says what was found.
+   subroutine assemble(file, hold, model, start, settings, report, error)
+      type(namelist_file_t), intent(in) :: file
+      character(*), intent(in) :: hold(:)
+      type(mechanism_t), intent(inout) :: model
+      type(state_t), intent(out) :: start
+      type(settings_t), intent(in) :: settings
+      type(mechanism_report_t), intent(out) :: report
+      type(error_t), allocatable, intent(inout) :: error
+      type(start_report_t) :: consistent
+      type(state_t) :: given_start
+      logical :: held(model%n)
+      integer :: i
+
+      start = model%start_state()
+      start%t = settings%t_start
+      given_start = start
+      held = .false.
+      do i = 1, size(hold)
+         if (len_trim(hold(i)) > 0) call hold_coordinate(model, trim(hold(i)), held, error)
+      end do
+      if (any(held) .and. .not. allocated(error)) call assemble_holding(model, held, start, error)
+      if (.not. allocated(error)) then
+         call consistent_start(model, settings%methods(1)%method, start, consistent, error)
+         if (allocated(error)) error%what = 'it cannot be assembled: '//worst_joint(model, start)//' ('//error%what//')'
+      end if
+      if (allocated(error)) then
+         error%where = file%path//': mechanism'
+         return
+      end if
+      call report_start(model, given_start, start, consistent%rank, report)
+   end subroutine assemble
+
+end module taut_case_mechanism
