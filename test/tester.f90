@@ -14,6 +14,7 @@ program tester
    use test_settings, only: collect_settings
    use test_structure, only: collect_structure
    use test_mechanism, only: collect_mechanism
+   use test_mechanism_case, only: collect_mechanism_case
    use test_modal_body, only: collect_modal_body
    use test_restart, only: collect_restart
    use test_ritz, only: collect_ritz
@@ -54,6 +55,7 @@ program tester
    call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
    call run_suite('modes', collect_modes(), trim(only), outcome)
    call run_suite('mechanism', collect_mechanism(), trim(only), outcome)
+   call run_suite('mechanism case', collect_mechanism_case(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'
    if (outcome%failed > 0) stop 1, quiet=.true.
 end program tester

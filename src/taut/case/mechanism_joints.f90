@@ -168,6 +168,14 @@ contains
                            [given(group, 'point'), given(group, 'point_1'), given(group, 'point_2')], &
                            reshape([point_1, point_2], [3, 2]), frame == 'body', made%p_1, made%p_2, error)
          if (allocated(error)) return
+         if (made%type == type_distance .and. .not. given(group, 'point')) then
+            if (.not. given(group, 'point_1') .and. .not. one%is_point) then
+               if (one%body == 0) call raise(error, '', 'its point on the ground is not given', &
+                                             'give point_1, or name a &ground_point as body_1')
+               made%p_1 = 0.0_wp
+            end if
+            if (.not. given(group, 'point_2') .and. .not. two%is_point) made%p_2 = 0.0_wp
+         end if
          pose_1 = start_pose(parts, made%body_1)
          pose_2 = start_pose(parts, made%body_2)
          d = pose_2%p + matmul(pose_2%r, made%p_2)
