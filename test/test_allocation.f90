@@ -10,6 +10,11 @@ module test_allocation
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_model_beam, only: beam_t
+   use taut_case_mechanism, only: read_mechanism
+   use taut_case_namelist_file, only: namelist_file_t
+   use taut_case_settings, only: settings_t
+   use taut_model_mechanism, only: mechanism_t
+   use taut_model_mechanism_report, only: mechanism_report_t
    use testing, only: check, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -24,7 +29,8 @@ contains
       tests = [new_test('the counter counts', counter_counts), &
                new_test('no method allocates inside a step', methods_do_not_allocate), &
                new_test('no solver allocates inside a step', solvers_do_not_allocate), &
-               new_test('no kind of system allocates inside a step', systems_do_not_allocate)]
+               new_test('no kind of system allocates inside a step', systems_do_not_allocate), &
+               new_test('no part of a mechanism allocates', mechanisms_do_not_allocate)]
    end function collect_allocation
 
    subroutine counter_counts(failure)
@@ -139,5 +145,41 @@ contains
       allocate (v(beam%n), source=0.0_wp)
       call compare_runs('beam', beam, beam%x_reference, v, method, failure)
    end subroutine systems_do_not_allocate
+
+   !> What a mechanism computes inside a step, alone: the linear algebra of larger ones allocates by itself in some libraries.
+   subroutine mechanisms_do_not_allocate(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(len=20), parameter :: names(6) = [character(len=20) :: 'governor', 'andrews', 'rolling_disc', 'slider_crank', &
+                                                  'spatial_slider_crank', 'heavy_top']
+      type(namelist_file_t) :: file
+      type(mechanism_t) :: model
+      type(mechanism_report_t) :: report
+      type(settings_t) :: settings
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      real(wp), allocatable :: a(:, :), b(:), entries(:), f(:), x(:)
+      integer(int64) :: before
+      integer :: i
+
+      do i = 1, size(names)
+         call file%load('cases/mechanism/'//trim(names(i))//'.nml', error)
+         if (.not. allocated(error)) call read_mechanism(file, model, at, settings, report, error)
+         call no_error(failure, error)
+         if (allocated(failure)) return
+         if (allocated(a)) deallocate (a, b, entries, f, x)
+         allocate (a(model%c, model%n), b(model%c), entries(size(model%column)), f(model%n), x(model%n_x), source=0.0_wp)
+         before = allocations
+         call model%force(at, f)
+         call model%constraint(at, b(:model%n_phi))
+         call model%jacobian(at, a)
+         call model%jacobian_entries(at, entries)
+         call model%b_prime(at, b)
+         call model%b_second(at, b)
+         call model%x_rate(at, at%v, x)
+         call model%displace(f, at%x)
+         call model%normalize(at%x)
+         call check(failure, allocations == before, trim(names(i))//' allocates')
+      end do
+   end subroutine mechanisms_do_not_allocate
 
 end module test_allocation

@@ -48,7 +48,7 @@ contains
       if (allocated(error)) return
       call start_parts(parts)
       call read_all(file, parts, hold, error)
-      if (.not. allocated(error)) call read_settings(file, settings, error, weight='given', more_output='joints')
+      if (.not. allocated(error)) call read_settings(file, settings, error, weight='mass', more_output='joints')
       if (allocated(error)) return
       call parts%model%complete(error)
       if (allocated(error)) then

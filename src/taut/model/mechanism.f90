@@ -9,7 +9,7 @@ module taut_model_mechanism
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_beam_element, only: beam_element_t, element_energy, internal_loads
    use taut_model_mechanism_body, only: body_planar, body_planar_point, body_point, body_spatial, body_t, coordinates_of_kind, &
-                                        entry_of_velocity, ground_pose, pose_t, velocities_of_kind
+                                        entry_of_velocity, ground_pose, point_motion, pose_t, turned, velocities_of_kind
    use taut_model_mechanism_function, only: time_function_t
    use taut_model_mechanism_joint, only: joint_angle, joint_angle_rate, joint_displacement, joint_rows, joint_t, &
                                          type_coordinate, type_cylindrical, type_distance, type_knife_edge, type_prismatic, &
@@ -84,7 +84,6 @@ module taut_model_mechanism
       procedure :: jacobian
       procedure :: b_prime
       procedure :: b_second
-      procedure :: weight => mass_as_weight
       procedure :: x_rate
       procedure :: v_of_x_rate
       procedure :: displace
@@ -318,17 +317,6 @@ contains
       end associate
    end subroutine mass
 
-   !> W = M: with W = I metres and radians would count alike.
-   subroutine mass_as_weight(self, at, w)
-      !> The mechanism and its state.
-      class(mechanism_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      !> The weight matrix.
-      type(block_diagonal_t), intent(inout) :: w
-
-      call self%mass(at, w)
-   end subroutine mass_as_weight
-
    !> f: gravity, gyroscopic moments, loads, springs and dampers, beams.
    subroutine force(self, at, value)
       !> The mechanism and its state.
@@ -360,14 +348,16 @@ contains
       real(wp), intent(inout) :: f(:)
       type(pose_t) :: it
       real(wp) :: g(3), value(3)
+      integer :: i
 
       call self%pose_of(at, load%body, it)
+      g(1) = 1.0_wp
+      if (load%factor > 0) call self%functions(load%factor)%evaluate(at%t, g)
       value = load%value
-      if (load%factor > 0) then
-         call self%functions(load%factor)%evaluate(at%t, g)
-         value = g(1)*value
-      end if
-      if (load%following) value = matmul(it%r, value)
+      if (load%following) value = turned(it%r, load%value)
+      do i = 1, 3
+         value(i) = g(1)*value(i)
+      end do
       if (load%moment) then
          call self%bodies(load%body)%add_moment(it, value, f)
       else
@@ -382,6 +372,8 @@ contains
       type(pose_t), intent(in) :: one, two
       real(wp), intent(out) :: length, rate, direction(3)
       real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp)
+      real(wp) :: v_1(3), v_2(3), x_1(3), x_2(3)
+      integer :: i
 
       if (spring%joint > 0) then
          associate (joint => self%joints(spring%joint))
@@ -389,15 +381,19 @@ contains
             length = joint_angle(joint, one, two)
             length = length - turn*anint((length - spring%free)/turn)
             rate = joint_angle_rate(joint, one, two)
-            direction = matmul(one%r, joint%frame_1(:, 3))
+            direction = turned(one%r, joint%frame_1(:, 3))
          end associate
-      else
-         direction = two%p + matmul(two%r, spring%p_2) - one%p - matmul(one%r, spring%p_1)
-         length = norm2(direction)
-         if (length > 0.0_wp) direction = direction/length
-         rate = dot_product(direction, two%v + matmul(two%r, cross(two%w, spring%p_2)) - one%v - &
-                            matmul(one%r, cross(one%w, spring%p_1)))
+         return
       end if
+      call point_motion(one, spring%p_1, x_1, v_1)
+      call point_motion(two, spring%p_2, x_2, v_2)
+      length = sqrt((x_2(1) - x_1(1))**2 + (x_2(2) - x_1(2))**2 + (x_2(3) - x_1(3))**2)
+      rate = 0.0_wp
+      do i = 1, 3
+         direction(i) = x_2(i) - x_1(i)
+         if (length > 0.0_wp) direction(i) = direction(i)/length
+         rate = rate + direction(i)*(v_2(i) - v_1(i))
+      end do
    end subroutine spring_motion
 
    !> The bodies of a spring.
@@ -420,7 +416,8 @@ contains
       type(state_t), intent(in) :: at
       real(wp), intent(inout) :: f(:)
       type(pose_t) :: one, two
-      real(wp) :: direction(3), length, rate, tension
+      real(wp) :: back(3), direction(3), length, pull(3), rate, tension
+      integer :: i
       integer :: body_1, body_2
 
       call spring_bodies(self, spring, body_1, body_2)
@@ -428,12 +425,16 @@ contains
       call self%pose_of(at, body_2, two)
       call spring_motion(self, spring, one, two, length, rate, direction)
       tension = spring%preload + spring%stiffness*(length - spring%free) + spring%damping*rate
+      do i = 1, 3
+         pull(i) = tension*direction(i)
+         back(i) = -pull(i)
+      end do
       if (spring%joint > 0) then
-         if (body_1 > 0) call self%bodies(body_1)%add_moment(one, tension*direction, f)
-         if (body_2 > 0) call self%bodies(body_2)%add_moment(two, -tension*direction, f)
+         if (body_1 > 0) call self%bodies(body_1)%add_moment(one, pull, f)
+         if (body_2 > 0) call self%bodies(body_2)%add_moment(two, back, f)
       else
-         if (body_1 > 0) call self%bodies(body_1)%add_force(one, spring%p_1, tension*direction, f)
-         if (body_2 > 0) call self%bodies(body_2)%add_force(two, spring%p_2, -tension*direction, f)
+         if (body_1 > 0) call self%bodies(body_1)%add_force(one, spring%p_1, pull, f)
+         if (body_2 > 0) call self%bodies(body_2)%add_force(two, spring%p_2, back, f)
       end if
    end subroutine add_spring
 
@@ -446,6 +447,7 @@ contains
       real(wp), parameter :: center(3) = 0.0_wp
       type(pose_t) :: first, second
       real(wp) :: f_1(3), m_1(3), m_2(3)
+      integer :: i
 
       associate (body_1 => self%bodies(one%body_1), body_2 => self%bodies(one%body_2))
          associate (x_1 => body_1%before_x, x_2 => body_2%before_x, v_1 => body_1%before_v, v_2 => body_2%before_v)
@@ -456,7 +458,10 @@ contains
          call body_2%pose(at%x, at%v, second)
          call body_1%add_force(first, center, f_1, f)
          call body_1%add_moment(first, m_1, f)
-         call body_2%add_force(second, center, -f_1, f)
+         do i = 1, 3
+            f_1(i) = -f_1(i)
+         end do
+         call body_2%add_force(second, center, f_1, f)
          call body_2%add_moment(second, m_2, f)
       end associate
    end subroutine add_element

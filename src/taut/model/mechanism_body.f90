@@ -11,7 +11,7 @@ module taut_model_mechanism_body
    use taut_rotation, only: matrix_of_quaternion
    implicit none (type, external)
    private
-   public :: body_t, pose_t, ground_pose
+   public :: body_t, pose_t, ground_pose, point_motion
    public :: turned, turned_back, vector_product
    public :: body_spatial, body_planar, body_point, body_planar_point
    public :: coordinates_of_kind, velocities_of_kind, entry_of_velocity
@@ -102,6 +102,25 @@ contains
       c(2) = a(3)*b(1) - a(1)*b(3)
       c(3) = a(1)*b(2) - a(2)*b(1)
    end function vector_product
+
+   !> A point of a body: where it is and how fast.
+   pure subroutine point_motion(it, p, x, v)
+      !> Pose of the body; the point in its axes [m].
+      type(pose_t), intent(in) :: it
+      real(wp), intent(in) :: p(3)
+      !> Position [m] and velocity [m/s] in global axes.
+      real(wp), intent(out) :: x(3), v(3)
+      real(wp) :: arm(3)
+      integer :: i
+
+      x = turned(it%r, p)
+      arm = vector_product(it%w, p)
+      v = turned(it%r, arm)
+      do i = 1, 3
+         x(i) = x(i) + it%p(i)
+         v(i) = v(i) + it%v(i)
+      end do
+   end subroutine point_motion
 
    !> Whether mass and inertia can be those of a body.
    subroutine check(self, error)

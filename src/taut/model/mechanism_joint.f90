@@ -5,7 +5,7 @@
 module taut_model_mechanism_joint
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
-   use taut_model_mechanism_body, only: pose_t
+   use taut_model_mechanism_body, only: pose_t, turned, turned_back
    use taut_model_mechanism_row, only: row_angle, row_contact, row_distance, row_dot, row_knife, row_offset, row_point, &
                                        row_rolling, row_t
    use taut_rotation, only: cross
@@ -224,9 +224,10 @@ contains
       type(pose_t), intent(in) :: one, two
       !> The angle [rad].
       real(wp) :: angle
-      real(wp) :: f(3)
+      real(wp) :: f(3), g(3)
 
-      f = matmul(matmul(two%r, joint%frame_2(:, 1)), one%r)
+      g = turned(two%r, joint%frame_2(:, 1))
+      f = turned_back(one%r, g)
       angle = atan2(dot_product(f, joint%frame_1(:, 2)), dot_product(f, joint%frame_1(:, 1)))
    end function joint_angle
 
@@ -237,8 +238,12 @@ contains
       type(pose_t), intent(in) :: one, two
       !> The rate [rad/s].
       real(wp) :: rate
+      real(wp) :: axis(3), relative(3)
 
-      rate = dot_product(matmul(one%r, joint%frame_1(:, 3)), matmul(two%r, two%w) - matmul(one%r, one%w))
+      ! The angular velocity of body 2 in the axes of body 1.
+      axis = turned(two%r, two%w)
+      relative = turned_back(one%r, axis)
+      rate = dot_product(joint%frame_1(:, 3), relative) - dot_product(joint%frame_1(:, 3), one%w)
    end function joint_angle_rate
 
    !> How far point 2 is from point 1: along the axis, or for a distance joint at all.
