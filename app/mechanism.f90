@@ -5,6 +5,8 @@ program mechanism
    use taut_case_application, only: run_application
    use taut_case_command_line, only: command_line_t, read_command_line
    use taut_case_mechanism, only: read_mechanism
+   use taut_case_mechanism_help, only: case_help
+   use taut_case_mechanism_static, only: run_static_cases
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: settings_t
    use taut_constrained_system, only: mechanical_system_t, state_t
@@ -12,9 +14,18 @@ program mechanism
    use taut_model_mechanism_report, only: mechanism_report_t
    implicit none (type, external)
    character(*), parameter :: app = 'mechanism', default_case = 'cases/mechanism/four_bar.nml'
+   character(len=20) :: argument
    integer :: code
+   logical :: done
 
-   call run_application(app, default_case, 'A mechanism of bodies, joints and loads.', read_case, code)
+   call get_command_argument(1, argument)
+   if (argument == '--help-case') then
+      write (output_unit, '(a)') case_help()
+      stop
+   end if
+   call run_static_cases(app, default_case, done, code)
+   if (.not. done) call run_application(app, default_case, 'A mechanism of bodies, joints and loads; --help-case prints the '// &
+                                        'groups of a case file.', read_case, code)
    if (code /= 0) stop code, quiet=.true.
 
 contains

@@ -100,7 +100,7 @@ contains
          integer, intent(in) :: body
          type(pose_t), intent(out) :: it
 
-         it = ground_pose
+         call ground_pose(it)
          if (body == 0) return
          it%p = system%bodies(body)%position
          it%r = matrix_of_quaternion(system%bodies(body)%orientation)

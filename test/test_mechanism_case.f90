@@ -3,12 +3,16 @@ module test_mechanism_case
    use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, sample_t, simulate, state_t, wp
    use taut_case_mechanism, only: read_mechanism
    use taut_case_mechanism_names, only: expand
+   use taut_case_mechanism_static, only: solve_static, static_t
    use taut_case_namelist_file, only: namelist_file_t
+   use taut_case_posix, only: make_folder, process_id, remove_file
    use taut_case_settings, only: settings_t
+   use taut_constrained_model_events, only: model_events_t
    use taut_error, only: to_text
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_report, only: mechanism_report_t
    use taut_model_rigid_bodies, only: new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
+   use taut_model_swing, only: new_swing_beam, swing_beam_t, swing_data_t
    use test_case, only: lf, load
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
@@ -51,6 +55,12 @@ contains
                new_test('driven joints of every kind', driven_joints), &
                new_test('ten mechanisms with redundant joints', random_mechanisms), &
                new_test('a fast spin lasts', fast_spin), &
+               new_test('modes of a double pendulum in closed form', pendulum_modes), &
+               new_test('a spring and its load in equilibrium', spring_equilibrium), &
+               new_test('a swing of beam elements against the swing', swing), &
+               new_test('a drive from a table', table_drive), &
+               new_test('an angle passes its value', event_times), &
+               new_test('a knife edge goes where it points', knife_edge), &
                new_test('faulty mechanisms', faulty)]
    end function collect_mechanism_case
 
@@ -599,6 +609,140 @@ contains
       call check_below(failure, run%model%energy(run%at)/run%model%energy(run%start) - 1.0_wp, 1.0e-6_wp, 'energy')
       call check_close(failure, norm2([0.1_wp, 0.2_wp, 0.25_wp]*run%at%v(4:6)), norm2(h), 1.0e-4_wp, 'angular momentum')
    end subroutine fast_spin
+
+   subroutine pendulum_modes(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(namelist_file_t) :: file
+      type(static_t) :: case
+      type(error_t), allocatable :: error
+      real(wp), parameter :: pi = acos(-1.0_wp)
+
+      call file%load(folder//'pendulum_modes.nml', error)
+      call solve_static(file, case, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call check_close(failure, case%at%x(5), -1.5_wp, 1.0e-9_wp, 'the lower rod hangs')
+      call check(failure, size(case%modes%frequency) == 2, 'two modes')
+      call check_close(failure, (2.0_wp*pi*case%modes%frequency(1))**2, 9.81_wp*(3.0_wp - 6.0_wp/sqrt(7.0_wp)), 1.0e-5_wp, 'first')
+      call check_close(failure, (2.0_wp*pi*case%modes%frequency(2))**2, 9.81_wp*(3.0_wp + 6.0_wp/sqrt(7.0_wp)), 1.0e-5_wp, 'second')
+   end subroutine pendulum_modes
+
+   subroutine spring_equilibrium(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(namelist_file_t) :: file
+      type(static_t) :: case
+      type(error_t), allocatable :: error
+
+      call load('&gravity /'//lf//'&analysis kind = "equilibrium" /'//lf//'&point_mass name = "m", mass = 2.0, '// &
+                'position = 0.0, 0.0, -1.0 /'//lf//'&joint name = "guide", type = "in-line", body_2 = "m", axis = 0.0, '// &
+                         '0.0, 1.0 /'// &
+                lf//'&spring name = "s", point_1 = 0.0, 0.0, 0.0, body_2 = "m", stiffness = 100.0, free_length = 0.7, '// &
+                'preload = 1.0 /', file, error)
+      call solve_static(file, case, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      ! 1 + 100 (l - 0.7) = 19.62.
+      call check_close(failure, case%at%x(3), -0.8862_wp, 1.0e-9_wp, 'where it hangs')
+   end subroutine spring_equilibrium
+
+   !> The paper's swing, its mass on the node and not beside it, its load by functions.
+   subroutine swing(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(run_t) :: run
+      type(swing_beam_t) :: other
+      type(integration_options_t) :: options
+      type(integration_result_t) :: result
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      real(wp), parameter :: t_end = 0.01_wp
+
+      call run_file('swing', t_end, 1.0e-6_wp, run, failure)
+      if (allocated(failure)) return
+      call new_swing_beam(other, swing_data_t(), error)
+      call no_error(failure, error)
+      at = other%reference_state()
+      options%rtol = 1.0e-6_wp
+      options%atol = 1.0e-6_wp
+      call simulate(other, at, t_end, result, error, options=options)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call check(failure, maxval(abs(at%v)) > 1.0e-3_wp, 'it moves')
+      call check_below(failure, maxval(abs(run%at%x(:35) - at%x)), 1.0e-6_wp, 'positions of the nodes')
+      call check_below(failure, maxval(abs([entry_of(run, run%at, 'middle.vx') - at%v(13)])), 1.0e-4_wp, 'velocity of the middle')
+   end subroutine swing
+
+   !> A table of a parabola, read from a file beside the case file; and one that goes back in time.
+   subroutine table_drive(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(run_t) :: run
+      type(namelist_file_t) :: file
+      type(error_t), allocatable :: error
+      character(:), allocatable :: name, text
+      integer :: i, unit
+
+      name = to_text(process_id())//'_table.csv'
+      call make_folder('build/scratch')
+      text = '&point_mass name = "m", mass = 1.0 /'//lf//'&function name = "g", kind = "table", table = "'//name//'" /'//lf// &
+             '&joint name = "j", type = "coordinate", body_2 = "m", axis = 1.0, 0.0, 0.0, drive = "g" /'
+      open (newunit=unit, file='build/scratch/'//name, action='write', status='replace')
+      write (unit, '(a)') 'time,value'
+      do i = 0, 10
+         write (unit, '(f4.1, a, f8.4)') 0.1*i, ',', 0.01*i*i
+      end do
+      close (unit)
+      call run_text(text, 0.75_wp, 1.0e-9_wp, run, failure)
+      if (.not. allocated(failure)) then
+         call check_close(failure, run%at%x(1), 0.5625_wp, 1.0e-7_wp, 'the parabola')
+         call check_close(failure, run%at%v(1), 1.5_wp, 1.0e-6_wp, 'its slope')
+      end if
+      open (newunit=unit, file='build/scratch/'//name, action='write', status='replace')
+      write (unit, '(a)') '0.0, 1.0', '0.2, 2.0', '0.1, 3.0'
+      close (unit)
+      call load(text, file, error)
+      call read_mechanism(file, run%model, run%start, run%settings, run%report, error)
+      call remove_file('build/scratch/'//name)
+      call check(failure, allocated(error), 'a table that goes back is taken')
+      if (allocated(error)) call check(failure, index(error%line(), &
+               ':2: &function "g": its table is not increasing in time: row 3') &
+                                       > 0, error%line())
+   end subroutine table_drive
+
+   !> The pendulum passes the bottom at a quarter of its period; a rod's period has the closed form 4 K(1/sqrt 2) sqrt(2 L/(3 g)).
+   subroutine event_times(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(run_t) :: run
+      type(model_events_t) :: events
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+
+      call run_file('simple_pendulum', 0.0_wp, 1.0e-11_wp, run, failure)
+      if (allocated(failure)) return
+      call events%init(run%model)
+      run%at = run%start
+      call simulate(run%model, run%at, 1.0_wp, result, error, run%settings%methods(1)%method, run%settings%options, events=events)
+      call no_error(failure, error)
+      if (.not. allocated(failure)) call check(failure, size(result%events) == 1, to_text(size(result%events))//' events')
+      if (allocated(failure)) return
+      ! K(1/sqrt 2) = 1.85407467730137.
+      call check_close(failure, result%events(1)%t, 1.85407467730137_wp*sqrt(2.0_wp/(3.0_wp*9.81_wp)), 1.0e-8_wp, 'time')
+      call check(failure, run%model%event_name(1) == 'bottom', 'name')
+   end subroutine event_times
+
+   !> A sleigh that turns at 2 rad/s: its edge point runs round a circle of radius v/w.
+   subroutine knife_edge(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(run_t) :: run
+
+      call run_text('&mechanism planar = .true. /'//lf//'&body name = "s", mass = 1.0, inertia = 0.5, velocity = 3.0, 0.0, '// &
+                    'angle_rate = 2.0 /'//lf//'&knife_edge name = "edge", body = "s", across = 0.0, 1.0 /', 1.0_wp, &
+                             1.0e-10_wp, run, &
+                    failure)
+      if (allocated(failure)) return
+      call check_close(failure, run%at%x(1), 1.5_wp*sin(2.0_wp), 1.0e-8_wp, 'x')
+      call check_close(failure, run%at%x(2), 1.5_wp*(1.0_wp - cos(2.0_wp)), 1.0e-8_wp, 'y')
+      ! The edge carries m v w.
+      call check_close(failure, output(run, run%start, 'edge.fy'), 6.0_wp, 1.0e-10_wp, 'its force')
+   end subroutine knife_edge
 
    subroutine faulty(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -2,6 +2,7 @@
 module taut_case_mechanism
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
+   use taut_case_mechanism_beam, only: read_beam
    use taut_case_mechanism_bodies, only: read_body, read_ground_point, read_point, read_point_mass
    use taut_case_mechanism_joints, only: read_joint, read_knife_edge, read_rolling
    use taut_case_mechanism_loads, only: read_function, read_gravity, read_load, read_spring
@@ -16,12 +17,21 @@ module taut_case_mechanism
    use taut_model_mechanism_report, only: mechanism_report_t, report_start
    implicit none (type, external)
    private
-   public :: read_mechanism, mechanism_groups
+   public :: read_mechanism, read_analysis, analysis_t
+
+   !> What is asked for.
+   type :: analysis_t
+      !> `dynamics`, `equilibrium`, or `modes` about the equilibrium.
+      character(len=16) :: kind = 'dynamics'
+      !> Load steps of the equilibrium; modes that are written.
+      integer :: steps = 1, number = 10
+   end type analysis_t
 
    !> Groups of a mechanism.
-   character(len=12), parameter :: mechanism_groups(15) = [character(len=12) :: 'mechanism', 'gravity', 'body', 'point_mass', &
+   character(len=12), parameter :: mechanism_groups(17) = [character(len=12) :: 'mechanism', 'analysis', 'gravity', 'body', &
+            'point_mass', &
                                                            'ground_point', 'point', 'function', 'joint', 'rolling', 'knife_edge', &
-                                                           'force', 'moment', 'spring', 'damper', 'event']
+                                                           'force', 'moment', 'spring', 'damper', 'event', 'beam']
    integer, parameter :: most_held = 100
 
 contains
@@ -44,7 +54,7 @@ contains
       character(len=2*name_length) :: hold(most_held)
 
       call file%only_groups([character(len=12) :: mechanism_groups, shared_groups], error, &
-                            many=[character(len=12) :: mechanism_groups(3:), 'method'])
+                            many=[character(len=12) :: mechanism_groups(4:), 'method'])
       if (allocated(error)) return
       call start_parts(parts)
       call read_all(file, parts, hold, error)
@@ -59,6 +69,39 @@ contains
       call assemble(file, hold, model, start, settings, report, error)
    end subroutine read_mechanism
 
+   !> &analysis.
+   subroutine read_analysis(file, chosen, error)
+      !> The case file.
+      type(namelist_file_t), intent(in) :: file
+      !> What is asked for.
+      type(analysis_t), intent(out) :: chosen
+      !> What is wrong with it.
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=16) :: kind
+      character(len=200) :: message
+      integer :: i, j, number, status, steps
+      namelist /analysis/ kind, steps, number
+
+      do j = 1, size(file%groups)
+         associate (group => file%groups(j))
+            if (group%name /= 'analysis') cycle
+            kind = chosen%kind
+            steps = chosen%steps
+            number = chosen%number
+            do i = 1, size(group%entries)
+               read (group%entries(i)%text, nml=analysis, iostat=status, iomsg=message)
+               if (status /= 0) call file%complain(group, i, message, 'kind, steps, number', error)
+            end do
+            chosen = analysis_t(kind, steps, number)
+            if (.not. any(chosen%kind == [character(len=11) :: 'dynamics', 'equilibrium', 'modes'])) &
+               call raise(error, '', 'there is no analysis "'//trim(chosen%kind)//'"', 'use "dynamics", "equilibrium" or "modes"')
+            if (steps < 1 .or. number < 1) call raise(error, '', 'steps or number is not positive', 'give 1 or more')
+            call locate_named(file, group, '', error)
+            if (allocated(error)) return
+         end associate
+      end do
+   end subroutine read_analysis
+
    !> Nothing but the ground.
    subroutine start_parts(parts)
       type(parts_t), intent(out) :: parts
@@ -67,7 +110,7 @@ contains
       ground%name = 'ground'
       parts%anchors = [ground]
       allocate (parts%model%bodies(0), parts%model%joints(0), parts%model%functions(0), parts%model%loads(0), &
-                parts%model%springs(0), parts%model%points(0), parts%model%events(0))
+                parts%model%springs(0), parts%model%elements(0), parts%model%points(0), parts%model%events(0))
    end subroutine start_parts
 
    !> All groups of the mechanism, in an order in which names are known before they are used.
@@ -90,6 +133,8 @@ contains
                   if (pass == 2) call read_gravity(file, group, parts, error)
                case ('body')
                   if (pass == 2) call read_body(file, group, parts, error)
+               case ('beam')
+                  if (pass == 2) call read_beam(file, group, parts, error)
                case ('point_mass')
                   if (pass == 2) call read_point_mass(file, group, parts, error)
                case ('ground_point')

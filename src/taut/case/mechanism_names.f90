@@ -4,7 +4,7 @@ module taut_case_mechanism_names
    use taut_error, only: error_t, raise, to_text
    use taut_case_namelist_file, only: group_t, namelist_file_t
    use taut_model_mechanism, only: mechanism_t
-   use taut_model_mechanism_body, only: body_t, ground_pose, pose_t
+   use taut_model_mechanism_body, only: ground_pose, pose_t
    use taut_rotation, only: matrix_of_quaternion
    implicit none (type, external)
    private
@@ -187,7 +187,7 @@ contains
       !> Its pose, without velocities.
       type(pose_t) :: it
 
-      it = ground_pose
+      call ground_pose(it)
       if (body == 0) return
       it%p = parts%model%bodies(body)%position
       it%r = matrix_of_quaternion(parts%model%bodies(body)%orientation)

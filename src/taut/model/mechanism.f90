@@ -256,7 +256,7 @@ contains
       type(pose_t), intent(out) :: it
 
       if (body == 0) then
-         it = ground_pose
+         call ground_pose(it)
       else
          call self%bodies(body)%pose(at%x, at%v, it)
       end if

@@ -61,10 +61,6 @@ module taut_model_mechanism_body
       real(wp) :: v(3) = 0.0_wp, w(3) = 0.0_wp
    end type pose_t
 
-   !> The ground: body axes are the global ones.
-   type(pose_t), parameter :: ground_pose = pose_t(r=reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
-                                                              0.0_wp, 0.0_wp, 1.0_wp], [3, 3]))
-
 contains
 
    !> R u.
@@ -102,6 +98,17 @@ contains
       c(2) = a(3)*b(1) - a(1)*b(3)
       c(3) = a(1)*b(2) - a(2)*b(1)
    end function vector_product
+
+   !> The ground: at rest at the origin, its axes are the global ones.
+   pure subroutine ground_pose(it)
+      !> Its pose.
+      type(pose_t), intent(out) :: it
+      integer :: i
+
+      do i = 1, 3
+         it%r(i, i) = 1.0_wp
+      end do
+   end subroutine ground_pose
 
    !> A point of a body: where it is and how fast.
    pure subroutine point_motion(it, p, x, v)
@@ -253,11 +260,17 @@ contains
             it%r(3, 3) = 1.0_wp
             it%w(3) = v(i_v + 3)
          case (body_point)
-            it%p(3) = x(i_x + 3)
-            it%v(3) = v(i_v + 3)
-            it%r = ground_pose%r
+            call ground_pose(it)
+            do i = 1, 3
+               it%p(i) = x(i_x + i)
+               it%v(i) = v(i_v + i)
+            end do
          case default
-            it%r = ground_pose%r
+            call ground_pose(it)
+            do i = 1, 2
+               it%p(i) = x(i_x + i)
+               it%v(i) = v(i_v + i)
+            end do
          end select
       end associate
    end subroutine pose
