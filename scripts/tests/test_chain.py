@@ -60,7 +60,7 @@ def test_joints_of_a_long_chain_hold(chain: Path, tmp_path: Path) -> None:
 
 
 def test_free_fall_of_the_end(chain: Path, tmp_path: Path) -> None:
-    # The support is felt last at the far end: a horizontal chain falls freely at first, held back from its support on.
+    # The support is felt last at the far end: a horizontal chain falls freely at first.
     done = run(chain, "&chain rods = 200 / &integration t_end = 0.01 / &method /", tmp_path)
     assert done.returncode == 0, done.stderr
     last = rows(tmp_path / "results/case/present.csv")[-1]

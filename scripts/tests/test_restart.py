@@ -16,8 +16,8 @@ INTERRUPTED = 75
 Start = Callable[..., subprocess.Popen[str]]
 
 # Long enough to be killed in the middle, short enough to be repeated; chaotic behind the event at 0.27 s.
-SWING = """&integration t_end = 0.32, rtol = 1e-3, atol = 1e-6, max_step = 1e-5 /
-&output dt = 1e-3, columns = "*" /
+SWING = """&integration t_end = 0.6, rtol = 1e-3, atol = 1e-6, max_step = 1e-5 /
+&output dt = 2e-3, columns = "*" /
 &method name = "present" /
 &method name = "coordinate-projection", label = "eich" /
 """
@@ -191,7 +191,7 @@ def test_foreign_checkpoints(
     assert done.returncode == 1
     assert "belongs to the app swing" in done.stderr
     case = interrupted / "short.nml"
-    case.write_text(SWING.replace("0.32", "0.33"))
+    case.write_text(SWING.replace("0.6", "0.7"))
     assert "was changed since" in refused(start, interrupted, "--restart", path)
     case.write_text(SWING)
     assert "is not in the folder other/short" in refused(
@@ -209,6 +209,18 @@ def test_foreign_checkpoints(
     assert "is not what the checkpoint says" in refused(start, interrupted, "--restart", path)
 
 
+def test_missing_results(case: Path, start: Start) -> None:
+    process = start(case, "short.nml")
+    while not (case / "results/short/present.csv").exists():
+        time.sleep(0.01)
+    process.terminate()
+    process.communicate(timeout=60)
+    assert process.returncode == INTERRUPTED
+    (case / "results/short/present.csv").unlink()
+    error = refused(start, case, "--restart", checkpoint_of(case))
+    assert "present.csv: the file of a finished method is missing" in error
+
+
 def test_another_build(interrupted: Path, start: Start) -> None:
     path = checkpoint_of(interrupted)
     good = path.read_bytes()
@@ -223,7 +235,7 @@ def test_two_at_once(interrupted: Path, whole: Path, start: Start) -> None:
     second = start(interrupted, "--restart", checkpoint_of(interrupted), "--quiet")
     _, error = second.communicate(timeout=60)
     assert second.returncode == 1
-    assert "another process writes it" in error
+    assert "another process writes the unfinished file" in error
     first.communicate(timeout=60)
     assert first.returncode == 0
     assert timeless(interrupted / "results/short") == timeless(whole / "results/short")

@@ -130,7 +130,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(:), allocatable :: name, temporary_name
       integer(int64) :: checksum, length
-      logical :: done
+      logical :: busy, done
 
       if (.not. archive%reading) then
          call self%file%sync(done)
@@ -160,11 +160,14 @@ contains
                     'restart from a checkpoint whose files were left in place, or run the case anew')
          return
       end if
-      call self%file%reopen(self%temporary, self%synced, self%is_open)
+      call self%file%reopen(self%temporary, self%synced, self%is_open, busy)
       self%in_checkpoint = self%is_open
-      if (.not. self%is_open) &
-         call raise(error, self%temporary, 'the unfinished file cannot be written, or another process writes it', &
-                    'see whether the run still goes on')
+      if (busy) then
+         call raise(error, self%temporary, 'another process writes the unfinished file', 'see whether the run still goes on')
+      else if (.not. self%is_open) then
+         call raise(error, self%temporary, 'the unfinished file cannot be written', &
+                    'see to the permissions of the file and of its folder')
+      end if
    end subroutine store
 
    !> A failed output.

@@ -218,20 +218,24 @@ contains
    end subroutine open_file
 
    !> Opens a file that was left unfinished, cuts off what follows its first bytes, and writes on from there.
-   subroutine reopen(self, path, length, done)
+   subroutine reopen(self, path, length, done, busy)
       !> The file.
       class(output_file_t), intent(inout) :: self
       !> Its path.
       character(*), intent(in) :: path
       !> Number of bytes that stay.
       integer(int64), intent(in) :: length
-      !> Whether it is open, and no other process has it open for this.
+      !> Whether it is open.
       logical, intent(out) :: done
+      !> Whether it is not because another process writes it.
+      logical, intent(out) :: busy
 
       self%file = c_fopen(path//c_null_char, 'r+b'//c_null_char)
       done = c_associated(self%file)
+      busy = .false.
       if (.not. done) return
       call self%lock(done)
+      busy = .not. done
       if (done) done = c_ftruncate(c_fileno(self%file), int(length, c_long)) == 0
       if (done) done = c_fseek(self%file, 0_c_long, from_end) == 0
       if (.not. done) call drop()

@@ -134,6 +134,7 @@ contains
       type(progress_of_case_t) :: progress
       character(:), allocatable :: row, events
       integer :: i, first
+      logical :: there
 
       interrupted = .false.
       call make_folder(options%folder)
@@ -141,7 +142,16 @@ contains
       if (allocated(error)) return
       progress%rows = ''
       progress%events = ''
-      if (checkpoint%reading) call progress%store(checkpoint)
+      if (checkpoint%reading) then
+         call progress%store(checkpoint)
+         do i = 1, progress%method - 1
+            inquire (file=options%folder//'/'//settings%methods(i)%label//'.csv', exist=there)
+            if (.not. there) call raise(error, options%folder//'/'//settings%methods(i)%label//'.csv', &
+                                        'the file of a finished method is missing', &
+                                        'put it back beside the checkpoint, or run the case anew')
+         end do
+         if (allocated(error)) return
+      end if
       row = ''
       events = ''
       first = progress%method
