@@ -221,6 +221,23 @@ def test_missing_results(case: Path, start: Start) -> None:
     assert "present.csv: the file of a finished method is missing" in error
 
 
+def test_killed_between_two_methods(case: Path, whole: Path, start: Start) -> None:
+    # The last checkpoint says that the first method is at work, while its file is finished already.
+    process = start(case, "short.nml", "--checkpoint", "0.2")
+    while not checkpoint_of(case).exists():
+        time.sleep(0.01)
+    kept = checkpoint_of(case).read_bytes()
+    while not (case / "results/short/present.csv").exists():
+        time.sleep(0.01)
+    process.kill()
+    process.communicate()
+    checkpoint_of(case).write_bytes(kept)
+    process = start(case, "--restart", checkpoint_of(case), "--quiet")
+    _, error = process.communicate(timeout=60)
+    assert (process.returncode, error) == (0, "")
+    assert timeless(case / "results/short").items() >= timeless(whole / "results/short").items()
+
+
 def test_another_build(interrupted: Path, start: Start) -> None:
     path = checkpoint_of(interrupted)
     good = path.read_bytes()

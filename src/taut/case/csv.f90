@@ -153,9 +153,9 @@ contains
       if (.not. archive%reading .or. allocated(archive%error)) return
       self%path = folder//'/'//name
       self%temporary = folder//'/'//temporary_name
-      checksum = 0
-      call checksum_of_file(self%temporary, 0_int64, self%synced, checksum, done)
-      if (.not. done .or. checksum /= self%checksum) then
+      ! A run that was killed after the file was finished, and before the next checkpoint, left it under its final name.
+      if (.not. holds(self%temporary) .and. holds(self%path)) call move_file(self%path, self%temporary, done)
+      if (.not. holds(self%temporary)) then
          call raise(error, self%temporary, 'the unfinished file is not what the checkpoint says', &
                     'restart from a checkpoint whose files were left in place, or run the case anew')
          return
@@ -168,6 +168,18 @@ contains
          call raise(error, self%temporary, 'the unfinished file cannot be written', &
                     'see to the permissions of the file and of its folder')
       end if
+
+   contains
+
+      !> Whether a file begins with what was stored.
+      logical function holds(path)
+         character(*), intent(in) :: path
+
+         checksum = 0
+         call checksum_of_file(path, 0_int64, self%synced, checksum, done)
+         holds = done .and. checksum == self%checksum
+      end function holds
+
    end subroutine store
 
    !> A failed output.
