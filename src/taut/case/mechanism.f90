@@ -1,7 +1,7 @@
 !> Case files of mechanisms.
 module taut_case_mechanism
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise
+   use taut_error, only: error_t, raise, to_text
    use taut_case_mechanism_beam, only: read_beam
    use taut_case_mechanism_bodies, only: read_body, read_ground_point, read_point, read_point_mass
    use taut_case_mechanism_joints, only: read_joint, read_knife_edge, read_rolling
@@ -280,6 +280,7 @@ contains
       type(start_report_t) :: consistent
       type(state_t) :: given_start
       logical :: held(model%n)
+      real(wp) :: open_by
       integer :: i
 
       start = model%start_state()
@@ -292,10 +293,16 @@ contains
       if (any(held) .and. .not. allocated(error)) call assemble_holding(model, held, start, error)
       if (.not. allocated(error)) then
          call consistent_start(model, settings%methods(1)%method, start, consistent, error)
-         if (allocated(error)) error%what = 'it cannot be assembled: '//worst_joint(model, start)//' ('//error%what//')'
+         if (allocated(error)) error%what = 'the mechanism cannot be assembled ('//error%what//')'
       end if
       if (allocated(error)) then
          error%where = file%path//': mechanism'
+         call worst_joint(model, start, i, open_by)
+         if (i == 0 .or. index(error%what, 'assembled') == 0) return
+         associate (joint => model%joints(i))
+            error%where = file%path//':'//to_text(joint%line)//': &joint "'//joint%name//'"'
+            error%what = 'it stays open by '//to_text(open_by)//': '//error%what
+         end associate
          return
       end if
       call report_start(model, given_start, start, consistent%rank, report)

@@ -133,6 +133,7 @@ contains
       do i = 1, repeat
          made = joint_t()
          made%type = kind
+         made%line = group%line
          made%name = expand(name, first + i - 1)
          call make(first + i - 1, (i - 1)*point_step)
          if (.not. allocated(error)) call add_joint(made, parts, error)
@@ -293,6 +294,7 @@ contains
       if (.not. allocated(error)) then
          joint%name = trim(name)
          joint%type = type_rolling
+         joint%line = group%line
          joint%body_2 = owner%body
          joint%length = radius
          call place_points(parts, ground, owner, plane_point, [.false., .true., given(group, 'center')], &
@@ -341,6 +343,7 @@ contains
       if (.not. allocated(error)) then
          joint%name = trim(name)
          joint%type = type_knife_edge
+         joint%line = group%line
          joint%body_2 = owner%body
          call place_points(parts, ground, owner, point, [.false., .false., given(group, 'point')], &
                            reshape([point, point], [3, 2]), .false., joint%p_1, joint%p_2, error)

@@ -1,7 +1,7 @@
 !> Assembling a mechanism while some of its coordinates keep the values they were given.
 module taut_model_mechanism_assembly
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise, to_text
+   use taut_error, only: error_t, raise
    use taut_constrained_system, only: state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_null_space, only: null_space
@@ -92,8 +92,7 @@ contains
          if (maxval(abs(d)) <= 1.0e-15_wp*max(1.0_wp, maxval(abs(at%x)))) exit
       end do
       if (maxval(abs([0.0_wp, phi])) > 1.0e-9_wp) then
-         call raise(error, here, 'it cannot be assembled with what is held: '//worst_joint(model, at), &
-                    'hold less, or start closer')
+         call raise(error, here, 'it cannot be assembled with what is held', 'hold less, or start closer')
          return
       end if
       call model%b_prime(at, b)
@@ -102,22 +101,25 @@ contains
          call raise(error, here, 'the velocities that are held do not fit the joints', 'hold less')
    end subroutine assemble_holding
 
-   !> In words, the joint that is violated most.
-   function worst_joint(model, at) result(text)
+   !> The joint that is violated most.
+   subroutine worst_joint(model, at, joint, violation)
       !> The mechanism and its state.
       type(mechanism_t), intent(in) :: model
       type(state_t), intent(in) :: at
-      !> Such as: joint "hinge" is open by 0.1.
-      character(:), allocatable :: text
-      real(wp), allocatable :: phi(:)
+      !> Its index; 0 if there are no joints.
+      integer, intent(out) :: joint
+      !> Its largest entry of phi [m] or [-].
+      real(wp), intent(out) :: violation
+      real(wp) :: phi(model%n_phi)
       integer :: i
 
-      text = ''
+      joint = 0
+      violation = 0.0_wp
       if (model%n_phi == 0) return
-      allocate (phi(model%n_phi))
       call model%constraint(at, phi)
       i = maxloc(abs(phi), 1)
-      text = 'joint "'//model%joints(model%joint_of_row(i))%name//'" stays open by '//to_text(abs(phi(i)))
-   end function worst_joint
+      joint = model%joint_of_row(i)
+      violation = abs(phi(i))
+   end subroutine worst_joint
 
 end module taut_model_mechanism_assembly
