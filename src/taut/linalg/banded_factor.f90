@@ -19,7 +19,8 @@ module taut_linalg_banded_factor
       real(wp), allocatable :: reciprocal(:)
       !> Column j of L below the diagonal: (width, n). Of a tridiagonal matrix: (1, n - 1), the multiplier between rows j and
       !! j + 1.
-      real(wp), allocatable, private :: l(:, :), below(:)
+      real(wp), allocatable :: l(:, :)
+      real(wp), allocatable, private :: below(:)
    contains
       procedure :: init
       procedure :: factorize

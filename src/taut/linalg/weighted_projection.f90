@@ -6,6 +6,7 @@ module taut_linalg_weighted_projection
    use taut_kinds, only: wp
    use taut_linalg_banded_factor, only: banded_factor_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_chained_rows, only: are_chained, factorize_chained, project_chained
    use taut_linalg_lapack, only: dgemm
    use taut_linalg_normal_matrix, only: normal_matrix_t
    use taut_linalg_pivoted_cholesky, only: orthonormalize, remove_components
@@ -55,6 +56,9 @@ module taut_linalg_weighted_projection
       type(pseudo_inverse_t) :: s_plus
       integer, private :: solver = solver_auto
       logical, private :: identity = .false., structured = .false., banded = .false., sparse = .false., single = .false.
+      !> Whether the rows are those of a chain, and how many entries the first one misses.
+      logical, private :: chained = .false.
+      integer, private :: missing = 0
       real(wp), private :: rcond_factor = 1.0e-9_wp, rcond_pivot = pivot_rcond, reciprocal = 0.0_wp
       real(wp), allocatable, private :: a_linvt(:, :), row(:), ones(:), z(:)
       type(singular_value_inverse_t), private :: root
@@ -182,6 +186,8 @@ contains
       if (self%banded) then
          call self%normal%reorder(a, narrow)
          call self%band%init(c, width)
+         self%chained = self%normal%diagonal .and. a%c == c .and. are_chained(a)
+         if (self%chained) self%missing = 4 - (a%first(2) - a%first(1))
       end if
    end subroutine choose_ordering
 
@@ -308,9 +314,21 @@ contains
       integer, intent(out) :: info
       real(wp), intent(in) :: noise
       integer :: c, i, j, l
+      real(wp) :: cut
       logical :: finite
 
       info = 0
+      ! What a slightly violated constraint makes out of a zero is of the order of the square of the violation.
+      cut = max(self%rcond_pivot, min(largest_cut, (10.0_wp*noise)**2))
+      if (self%chained) then
+         if (identity) then
+            call factor_chain(a%values)
+         else
+            call k%divide(self%normal%a_kinv%column, a%values, self%normal%a_kinv%values)
+            call factor_chain(self%normal%a_kinv%values)
+         end if
+         return
+      end if
       call self%normal%assemble(a, k, identity)
       ! What is not finite in a row of A is not finite on the diagonal.
       finite = .true.
@@ -322,13 +340,11 @@ contains
          return
       end if
       if (self%banded) then
-         ! What a slightly violated constraint makes out of a zero is of the order of the square of the violation.
-         call self%band%factorize(self%normal%s, self%normal%row, self%normal%column, &
-                                    max(self%rcond_pivot, min(largest_cut, (10.0_wp*noise)**2)))
+         call self%band%factorize(self%normal%s, self%normal%row, self%normal%column, cut)
          self%rank = self%band%rank
          return
       else if (self%sparse) then
-         call self%fill%factorize(self%normal%s, self%normal%column, max(self%rcond_pivot, min(largest_cut, (10.0_wp*noise)**2)))
+         call self%fill%factorize(self%normal%s, self%normal%column, cut)
          self%rank = self%fill%rank
          return
       end if
@@ -345,6 +361,17 @@ contains
       end do
       call self%s_plus%compute(self%s, info, noise)
       self%rank = self%s_plus%rank
+
+   contains
+
+      subroutine factor_chain(a_kinv)
+         real(wp), intent(in), contiguous :: a_kinv(:)
+
+         call factorize_chained(self%c, self%missing, self%n, a%values, a_kinv, cut, self%normal%s, self%band%l, &
+                                self%band%reciprocal, self%rank, info)
+         self%band%rank = self%rank
+      end subroutine factor_chain
+
    end subroutine update_structured
 
    !> The pseudo-inverse of A L^-T, without squaring the condition number.
@@ -411,6 +438,16 @@ contains
             call project_single(self%n, a%values, a%values, self%reciprocal, b, d, r, lambda)
          else
             call project_single(self%n, a%values, self%kinv_at, self%reciprocal, b, d, r, lambda)
+         end if
+         return
+      end if
+      if (self%chained) then
+         if (self%identity) then
+            call project_chained(self%c, self%missing, self%n, a%values, a%values, self%band%l, self%band%reciprocal, &
+                                 b, d, r, lambda)
+         else
+            call project_chained(self%c, self%missing, self%n, a%values, self%normal%a_kinv%values, self%band%l, &
+                                 self%band%reciprocal, b, d, r, lambda)
          end if
          return
       end if

@@ -168,23 +168,31 @@ contains
       type(state_t), intent(in) :: at
       !> The entries: (4 rods - 2).
       real(wp), intent(out) :: values(:)
-      real(wp) :: dx, dz, r
-      integer :: i, k
 
-      r = 1.0_wp/sqrt(at%x(1)**2 + at%x(2)**2)
-      values(1) = at%x(1)*r
-      values(2) = at%x(2)*r
-      do i = 2, self%rods
-         dx = at%x(2*i - 1) - at%x(2*i - 3)
-         dz = at%x(2*i) - at%x(2*i - 2)
-         r = 1.0_wp/sqrt(dx*dx + dz*dz)
-         k = 4*i - 6
-         values(k + 1) = -dx*r
-         values(k + 2) = -dz*r
-         values(k + 3) = dx*r
-         values(k + 4) = dz*r
-      end do
+      call directions(self%rods, at%x, values)
    end subroutine jacobian_entries
+
+   !> The same with unit strides, which lets two rods be done at a time.
+   pure subroutine directions(rods, x, values)
+      integer, intent(in) :: rods
+      real(wp), intent(in) :: x(2*rods)
+      real(wp), intent(out) :: values(4*rods - 2)
+      real(wp) :: dx, dz, r
+      integer :: i
+
+      r = 1.0_wp/sqrt(x(1)**2 + x(2)**2)
+      values(1) = x(1)*r
+      values(2) = x(2)*r
+      do i = 2, rods
+         dx = x(2*i - 1) - x(2*i - 3)
+         dz = x(2*i) - x(2*i - 2)
+         r = 1.0_wp/sqrt(dx*dx + dz*dz)
+         values(4*i - 5) = -dx*r
+         values(4*i - 4) = -dz*r
+         values(4*i - 3) = dx*r
+         values(4*i - 2) = dz*r
+      end do
+   end subroutine directions
 
    !> b'': the square of the velocity across each rod over its length, negative [m/s^2].
    subroutine b_second(self, at, value)
@@ -194,21 +202,28 @@ contains
       type(state_t), intent(in) :: at
       !> b'': (rods).
       real(wp), intent(out) :: value(:)
+
+      call centripetal(self%rods, at%x, at%v, value)
+   end subroutine b_second
+
+   !> The same with unit strides.
+   pure subroutine centripetal(rods, x, v, value)
+      integer, intent(in) :: rods
+      real(wp), intent(in) :: x(2*rods), v(2*rods)
+      real(wp), intent(out) :: value(rods)
       real(wp) :: across, dx, dz, r2
       integer :: i
 
-      r2 = at%x(1)**2 + at%x(2)**2
-      value(1) = -(at%x(1)*at%v(2) - at%x(2)*at%v(1))**2/(r2*sqrt(r2))
-      do i = 2, self%rods
-         dx = at%x(2*i - 1) - at%x(2*i - 3)
-         dz = at%x(2*i) - at%x(2*i - 2)
-         across = dx*(at%v(2*i) - at%v(2*i - 2)) - dz*(at%v(2*i - 1) - at%v(2*i - 3))
+      r2 = x(1)**2 + x(2)**2
+      value(1) = -(x(1)*v(2) - x(2)*v(1))**2/(r2*sqrt(r2))
+      do i = 2, rods
+         dx = x(2*i - 1) - x(2*i - 3)
+         dz = x(2*i) - x(2*i - 2)
+         across = dx*(v(2*i) - v(2*i - 2)) - dz*(v(2*i - 1) - v(2*i - 3))
          r2 = dx*dx + dz*dz
          value(i) = -across*across/(r2*sqrt(r2))
       end do
-      associate (unused_chain => self)
-      end associate
-   end subroutine b_second
+   end subroutine centripetal
 
    !> Kinetic and potential energy [J]; zero at rest in the horizontal.
    function energy(self, at)
