@@ -49,6 +49,8 @@ module taut_constrained_formulation
       logical, private :: stage_newton = .true., shares_mass = .false., force_form = .false., mass_ready = .false.
       !> What is replaced at the end of a step, and only above which violation (negative: always).
       logical, private :: replaces_x = .false., replaces_v = .false.
+      !> Whether `at` is a state that was projected, with A and S there, and nothing was evaluated since.
+      logical, private :: projected = .false.
       real(wp), private :: threshold = -1.0_wp
       !> Gains of the acceleration-level constraint, 2 alpha and beta^2.
       real(wp), private :: gain_v = 0.0_wp, gain_x = 0.0_wp
@@ -205,11 +207,15 @@ contains
       real(wp), intent(out), contiguous :: dydt(:)
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
+      logical :: known
 
-      call unpack(self, t, y, self%at)
+      known = .false.
+      if (self%projected) known = is_packed(self, t, y)
+      self%projected = .false.
+      if (.not. known) call unpack(self, t, y, self%at)
       select case (self%kind)
       case (present_method)
-         call rhs_present(self, dydt, info)
+         call rhs_present(self, known, dydt, info)
       case (acceleration_level)
          call rhs_acceleration_level(self, dydt, info)
       case (braun_goldfarb)
@@ -223,35 +229,60 @@ contains
          call self%model%w_rate(self%at, dydt(self%model%n_x + self%model%n + 1:))
    end subroutine rhs
 
-   !> The paper's procedure, Sect. 3.5, step by step.
-   subroutine rhs_present(self, dydt, info)
+   !> Whether t and y are those of `at`.
+   pure logical function is_packed(self, t, y)
+      type(constrained_ode_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in), contiguous :: y(:)
+      integer :: i, n, n_x
+
+      n = self%model%n
+      n_x = self%model%n_x
+      is_packed = .false.
+      if (abs(t - self%at%t) > 0.0_wp) return
+      do i = 1, n_x
+         if (abs(y(i) - self%at%x(i)) > 0.0_wp) return
+      end do
+      do i = 1, n
+         if (abs(y(n_x + i) - self%at%v(i)) > 0.0_wp) return
+      end do
+      do i = 1, self%model%n_w
+         if (abs(y(n_x + n + i) - self%at%w(i)) > 0.0_wp) return
+      end do
+      is_packed = .true.
+   end function is_packed
+
+   !> The paper's procedure, Sect. 3.5, step by step. With a state that was projected just now, (a) to (d) are done.
+   subroutine rhs_present(self, known, dydt, info)
       type(constrained_ode_t), intent(inout) :: self
+      logical, intent(in) :: known
       real(wp), intent(inout), contiguous :: dydt(:)
       integer, intent(out) :: info
       integer :: n, n_x
 
       n = self%model%n
       n_x = self%model%n_x
-      if (.not. self%mass_ready) then
-         call renew_mass(self, info)
-         if (info /= rhs_ok) return
-      end if
-      ! (a) project x on the invariant manifold, Eq. (17)
-      if (self%stage_newton) then
-         call self%projector%position(self%model, self%at, info)
-         if (info /= rhs_ok) return
-      else
-         call self%model%normalize(self%at%x)
-      end if
-      if (self%single) then
-         call rhs_single(self, n_x, n, self%projector%a%values, self%at%v, self%force, dydt, info)
-         if (info == rhs_ok) return
-      end if
-      ! (b) A, with the corrected x
-      call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+      info = rhs_ok
+      if (.not. self%mass_ready) call renew_mass(self, info)
       if (info /= rhs_ok) return
-      ! (c) b', and (d) project v, Eq. (11a)
-      call self%projector%velocity(self%model, self%at)
+      if (.not. known) then
+         ! (a) project x on the invariant manifold, Eq. (17)
+         if (self%stage_newton) then
+            call self%projector%position(self%model, self%at, info)
+            if (info /= rhs_ok) return
+         else
+            call self%model%normalize(self%at%x)
+         end if
+         if (self%single) then
+            call rhs_single(self, n_x, n, self%projector%a%values, self%at%v, self%force, dydt, info)
+            if (info == rhs_ok) return
+         end if
+         ! (b) A, with the corrected x
+         call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+         if (info /= rhs_ok) return
+         ! (c) b', and (d) project v, Eq. (11a)
+         call self%projector%velocity(self%model, self%at)
+      end if
       call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
       ! (e) b'', with the corrected x and v
       call self%model%b_second(self%at, self%b_second)
@@ -533,8 +564,9 @@ contains
       end if
       if (.not. (self%kind == present_method .and. self%stage_newton .and. fresh)) then
          call self%unpack(t, y, self%at)
-         call correct(self, info)
+         call correct(self, fresh .and. self%kind == present_method .and. .not. self%single, info)
          if (info /= rhs_ok) return
+         self%projected = self%kind == present_method .and. .not. self%stage_newton
          stale = fresh .and. (self%threshold < 0.0_wp .or. self%projector%phi_raw > self%threshold .or. &
                               self%projector%phidot_raw > self%threshold)
       end if
@@ -549,14 +581,19 @@ contains
    end subroutine project
 
    !> Position and velocity corrected, always or above the method's threshold.
-   subroutine correct(self, info)
+   subroutine correct(self, linearized, info)
       type(constrained_ode_t), intent(inout) :: self
+      logical, intent(in) :: linearized
       integer, intent(out) :: info
 
-      call self%projector%position(self%model, self%at, info, self%threshold)
+      call self%projector%position(self%model, self%at, info, self%threshold, linearized)
       if (info /= rhs_ok) return
       call self%projector%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
+      if (self%threshold < 0.0_wp) then
+         call self%projector%velocity(self%model, self%at)
+         return
+      end if
       call self%projector%velocity_violation(self%model, self%at)
       self%projector%mu(:) = 0.0_wp
       if (self%projector%phidot_raw > self%threshold) call self%projector%velocity(self%model, self%at)
