@@ -68,6 +68,8 @@ module taut_constrained_formulation
       real(wp), private :: uniform_mobility = 0.0_wp
       !> Whether that is so and there is one constraint.
       logical, private :: single = .false.
+      !> A of one constraint: (1, n).
+      real(wp), allocatable, private :: row(:, :)
       integer, private :: bad_row_of_mass = 0
    contains
       procedure :: init
@@ -132,7 +134,7 @@ contains
       self%force_form = method%form == 'force'
       allocate (self%at%x(model%n_x), self%at%v(n), self%at%w(model%n_w), source=0.0_wp)
       allocate (self%phi(model%n_phi), self%b_prime(c), self%b_second(c), self%r(c), self%lambda(c), &
-                self%force(n), self%mu_raw(c), self%dydt(self%size()), source=0.0_wp)
+                self%force(n), self%mu_raw(c), self%dydt(self%size()), self%row(1, n), source=0.0_wp)
       call self%m%init(model%mass_blocks)
       call lay_out_jacobian(model, self%a)
       if (.not. self%shares_mass .or. self%kind /= present_method) &
@@ -274,7 +276,7 @@ contains
             call self%model%normalize(self%at%x)
          end if
          if (self%single) then
-            call rhs_single(self, n_x, n, self%projector%a%values, self%at%v, self%force, dydt, info)
+            call rhs_single(self, dydt, info)
             if (info == rhs_ok) return
          end if
          ! (b) A, with the corrected x
@@ -311,60 +313,72 @@ contains
 
    !> Steps (b) to (h) for one constraint with W = I and M = m I: one number S serves both levels, and nothing is called but
    !! the system. `info` is not `rhs_ok` where the general way has to decide.
-   subroutine rhs_single(self, n_x, n, a, v, f, dydt, info)
+   subroutine rhs_single(self, dydt, info)
       type(constrained_ode_t), intent(inout) :: self
-      integer, intent(in) :: n_x, n
-      !> A; the velocity, projected on return; the force, divided by m on return.
-      real(wp), intent(inout) :: a(1, n), v(n), f(n)
-      real(wp), intent(inout) :: dydt(n_x + n)
+      real(wp), intent(inout), contiguous :: dydt(:)
       integer, intent(out) :: info
-      real(wp) :: b(1), reciprocal, s, t
-      integer :: i
+      real(wp) :: reciprocal, s
+      integer :: i, n, n_x
 
+      n = self%model%n
+      n_x = self%model%n_x
       ! (b) A and S, with the corrected x
-      call self%model%jacobian(self%at, a)
-      s = 0.0_wp
-      !GCC$ unroll 1
-      do i = 1, n
-         s = s + a(1, i)*a(1, i)
-      end do
+      call self%model%jacobian(self%at, self%row)
+      s = square(n, self%row)
       info = rhs_retry
       if (.not. (ieee_is_finite(s) .and. s > tiny(1.0_wp))) return
       info = rhs_ok
       reciprocal = 1.0_wp/s
       ! (c) b', (d) v := v - A^T S^-1 (A v - b')
-      call self%model%b_prime(self%at, b)
-      t = -b(1)
-      !GCC$ unroll 1
-      do i = 1, n
-         t = t + a(1, i)*v(i)
-      end do
-      self%projector%b_prime(1) = b(1)
-      self%projector%phidot_raw = abs(t)
-      t = reciprocal*t
-      self%projector%mu(1) = t
-      !GCC$ unroll 1
-      do i = 1, n
-         v(i) = v(i) - a(1, i)*t
-      end do
-      call self%model%x_rate(self%at, v, dydt(:n_x))
+      call self%model%b_prime(self%at, self%projector%b_prime)
+      call project_on_row(n, self%row, self%projector%b_prime, reciprocal, self%at%v, self%projector%phidot_raw, &
+                          self%projector%mu)
+      self%projector%phidot_raw = abs(self%projector%phidot_raw)
+      call self%model%x_rate(self%at, self%at%v, dydt(:n_x))
       ! (e) b'', (f) S m and f/m, (h) vdot = f/m - A^T lambda/m
-      call self%model%b_second(self%at, b)
-      call self%model%force(self%at, f)
-      t = -b(1)
+      call self%model%b_second(self%at, self%b_second)
+      call self%model%force(self%at, self%force)
       !GCC$ unroll 1
       do i = 1, n
-         f(i) = self%uniform_mobility*f(i)
-         t = t + a(1, i)*f(i)
+         dydt(n_x + i) = self%uniform_mobility*self%force(i)
       end do
-      self%b_second(1) = b(1)
-      t = reciprocal*t
-      self%lambda(1) = self%uniform_mass*t
-      !GCC$ unroll 1
-      do i = 1, n
-         dydt(n_x + i) = f(i) - a(1, i)*t
-      end do
+      call project_on_row(n, self%row, self%b_second, reciprocal, dydt(n_x + 1:n_x + n), s, self%lambda)
+      self%lambda(1) = self%uniform_mass*self%lambda(1)
    end subroutine rhs_single
+
+   !> a . a
+   pure function square(n, a) result(s)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(n)
+      real(wp) :: s
+      integer :: i
+
+      s = 0.0_wp
+      !GCC$ unroll 1
+      do i = 1, n
+         s = s + a(i)*a(i)
+      end do
+   end function square
+
+   !> d := d - a lambda with r = a . d - b, lambda = r/S.
+   pure subroutine project_on_row(n, a, b, reciprocal, d, r, lambda)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(n), b(1), reciprocal
+      real(wp), intent(inout) :: d(n)
+      real(wp), intent(out) :: r, lambda(1)
+      integer :: i
+
+      r = -b(1)
+      !GCC$ unroll 1
+      do i = 1, n
+         r = r + a(i)*d(i)
+      end do
+      lambda(1) = reciprocal*r
+      !GCC$ unroll 1
+      do i = 1, n
+         d(i) = d(i) - a(i)*lambda(1)
+      end do
+   end subroutine project_on_row
 
    !> Eq. (8), with the acceleration-level constraint as it is or with Baumgarte's terms.
    subroutine rhs_acceleration_level(self, dydt, info)
