@@ -1,68 +1,145 @@
-!> Cost of one step of the pendulum, by method; `scripts/benchmark` sets it beside SciPy's.
+!> One entrant of `scripts/benchmark`: integrates a problem over and over and tells what one run costs.
 !!
-!! Prints CSV: method, rtol, steps, right-hand sides per step, microseconds per accepted step (best of the repetitions),
-!! position error at the end against the closed form of the period.
+!!     taut_benchmark PROBLEM SIZE METHOD RTOL ATOL MAX_STEP T_END SECONDS
+!!
+!! METHOD is a name of `method_names`; `-stage-none` behind it turns the projection of stages off. MAX_STEP [s] of 0 is
+!! none. Runs are repeated until SECONDS of processor time are spent; with 0 there is one. Printed are a line of names, one
+!! of numbers (steps, right-hand sides, processor time of the fastest run [s]), and the last state {x; v}, a number a line.
 program taut_benchmark
-   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
-   use taut, only: wp, constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, method_t
-   use taut_model_pendulum, only: pendulum_t, new_pendulum
+   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use taut, only: wp, constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
+                   mechanical_system_t, method_t, raise, state_t, status_name, status_reached_end
+   use taut_model_chain, only: chain_t, new_chain
+   use taut_model_pendulum, only: new_pendulum, pendulum_t
    implicit none (type, external)
-   integer, parameter :: repetitions = 30
-   character(len=24), parameter :: names(4) = [character(len=24) :: 'present', 'present-stage-none', 'baseline', 'baumgarte']
-   real(wp), parameter :: tolerances(2) = [1.0e-3_wp, 1.0e-9_wp]
-   type(pendulum_t) :: model
+   !> A measured batch of runs takes at least this long [s]: clocks are coarse.
+   real(wp), parameter :: shortest_batch = 1.0e-3_wp
+   real(wp), parameter :: gravity = 9.81_wp
+   class(mechanical_system_t), allocatable :: model
    type(error_t), allocatable :: error
-   integer :: i, j
+   type(state_t) :: start
 
-   call new_pendulum(model, 1.0_wp, 1.0_wp, 9.81_wp, 1, error)
-   write (output_unit, '(a)') 'method,rtol,steps,rhs_per_step,microseconds_per_step,milliseconds,x_end,z_end'
-   do j = 1, size(tolerances)
-      do i = 1, size(names)
-         call measure(trim(names(i)), tolerances(j))
-         if (.not. allocated(error)) cycle
-         write (error_unit, '(2a)') 'taut_benchmark: ', error%line()
-         stop 1, quiet=.true.
-      end do
-   end do
+   if (command_argument_count() /= 8) then
+      call raise(error, 'command line', 'there are not eight arguments', &
+                 'give PROBLEM SIZE METHOD RTOL ATOL MAX_STEP T_END SECONDS')
+   end if
+   if (.not. allocated(error)) call new_problem(argument(1), nint(number(2)), model, start, error)
+   if (.not. allocated(error)) call measure(argument(3), number(4), number(5), number(6), number(7), number(8), error)
+   if (allocated(error)) then
+      write (error_unit, '(2a)') 'taut_benchmark: ', error%line()
+      stop 1, quiet=.true.
+   end if
 
 contains
 
-   !> Integrates 10 s over and over and prints the best time.
-   subroutine measure(name, rtol)
+   !> The problem and its start.
+   subroutine new_problem(name, size, model, start, error)
       character(*), intent(in) :: name
-      real(wp), intent(in) :: rtol
+      integer, intent(in) :: size
+      class(mechanical_system_t), allocatable, intent(out) :: model
+      type(state_t), intent(out) :: start
+      type(error_t), allocatable, intent(inout) :: error
+      type(chain_t), allocatable :: chain
+      type(pendulum_t), allocatable :: pendulum
+
+      select case (name)
+      case ('pendulum')
+         allocate (pendulum)
+         call new_pendulum(pendulum, 1.0_wp, 1.0_wp, gravity, 1, error)
+         start%x = [1.0_wp, 0.0_wp]
+         start%v = [0.0_wp, 0.0_wp]
+         call move_alloc(pendulum, model)
+      case ('chain')
+         allocate (chain)
+         call new_chain(chain, size, 1.0_wp, 1.0_wp, gravity, error)
+         if (.not. allocated(error)) call chain%start(0.0_wp, start)
+         call move_alloc(chain, model)
+      case default
+         call raise(error, 'command line', 'there is no problem "'//name//'"', 'use pendulum or chain')
+      end select
+   end subroutine new_problem
+
+   !> Integrates over and over, and prints the best time and the last state.
+   subroutine measure(method_name, rtol, atol, max_step, t_end, seconds, error)
+      character(*), intent(in) :: method_name
+      real(wp), intent(in) :: rtol, atol, max_step, t_end, seconds
+      type(error_t), allocatable, intent(inout) :: error
       type(method_t) :: method
       type(integration_options_t) :: options
       type(integration_result_t) :: result
       type(constrained_ode_t) :: ode
       type(integrator_t) :: integrator
-      real(wp) :: best, t, y(4)
-      integer(int64) :: after, before, rate
-      integer :: k
+      real(wp), allocatable :: y(:), y_start(:)
+      real(wp) :: batch_end, batch_start, best, spent, t
+      integer :: i, k, repetitions
 
-      method%name = name
-      if (name == 'present-stage-none') then
-         method%name = 'present'
+      method%name = method_name
+      i = index(method_name, '-stage-none')
+      if (i > 0) then
+         method%name = method_name(:i - 1)
          method%stage_projection = 'none'
       end if
       options%rtol = rtol
-      options%atol = min(1.0e-6_wp, rtol)
-      options%max_step = 0.1_wp
-      options%first_step = 0.01_wp
+      options%atol = atol
+      if (max_step > 0.0_wp) options%max_step = max_step
       call ode%init(model, method, error)
-      if (.not. allocated(error)) call integrator%init(4, options, error)
+      if (.not. allocated(error)) call integrator%init(ode%size(), options, error)
       if (allocated(error)) return
+      allocate (y(ode%size()), y_start(ode%size()))
+      call ode%pack(start, y_start)
+
+      ! The first run warms up, and says how many make a batch.
+      repetitions = 1
+      spent = 0.0_wp
       best = huge(best)
-      do k = 1, repetitions
-         t = 0.0_wp
-         y = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-         call system_clock(before, rate)
-         call integrator%run(ode, t, y, 10.0_wp, result)
-         call system_clock(after)
-         best = min(best, real(after - before, wp)/real(rate, wp))
+      do
+         call cpu_time(batch_start)
+         do k = 1, repetitions
+            t = 0.0_wp
+            y(:) = y_start
+            call integrator%run(ode, t, y, t_end, result)
+            if (result%status /= status_reached_end) exit
+         end do
+         call cpu_time(batch_end)
+         if (result%status /= status_reached_end) then
+            if (allocated(result%error)) call move_alloc(result%error, error)
+            call raise(error, 'benchmark', 'the run ended as '//status_name(result%status), 'try a stricter tolerance')
+            return
+         end if
+         best = min(best, (batch_end - batch_start)/repetitions)
+         spent = spent + (batch_end - batch_start)
+         if (spent >= seconds) exit
+         repetitions = max(1, min(10000, ceiling(shortest_batch/max(best, 1.0e-7_wp))))
       end do
-      write (output_unit, '(a, ",", es8.1, ",", i0, ",", f0.2, ",", f0.4, ",", f0.5, 2(",", es23.16))') name, rtol, result%steps, &
-         real(result%rhs_evaluations, wp)/result%steps, 1.0e6_wp*best/result%steps, 1.0e3_wp*best, y(1:2)
+
+      write (output_unit, '(a)') 'steps,rhs,seconds'
+      write (output_unit, '(i0, ",", i0, ",", es23.16)') result%steps, result%rhs_evaluations, best
+      write (output_unit, '(es24.16e3)') y
    end subroutine measure
+
+   !> The i-th argument of the command line.
+   function argument(i)
+      integer, intent(in) :: i
+      character(:), allocatable :: argument
+      integer :: length
+
+      call get_command_argument(i, length=length)
+      allocate (character(length) :: argument)
+      if (length > 0) call get_command_argument(i, argument)
+   end function argument
+
+   !> The i-th argument as a number.
+   function number(i)
+      integer, intent(in) :: i
+      real(wp) :: number
+      character(:), allocatable :: text
+      integer :: status
+
+      text = argument(i)
+      number = 0.0_wp
+      read (text, *, iostat=status) number
+      if (status /= 0 .and. .not. allocated(error)) &
+         call raise(error, 'command line', '"'//text//'" is not a number', 'see the head of app/taut_benchmark.f90')
+   end function number
 
 end program taut_benchmark

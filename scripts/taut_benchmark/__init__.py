@@ -1,0 +1,1 @@
+"""Measures taut beside other codes on the same problems: scripts/benchmark and scripts/instructions."""

@@ -1,0 +1,28 @@
+"""Installs peers that were asked for by name, and nothing else."""
+
+import os
+import shutil
+import sys
+from collections.abc import Iterable
+
+from taut_report.bootstrap import ROOT
+
+from taut_benchmark.entrant import BenchmarkError, Peer
+from taut_benchmark.peers.program import call
+
+
+def install(peers: Iterable[Peer]) -> None:
+    """Installs what the peers need: from PyPI into .venv, pinned; from Debian through apt-get, as root."""
+    for peer in peers:
+        if peer.pypi:
+            # What the project pins stays as it is.
+            pins = ROOT / "scripts" / "requirements.txt"
+            call([sys.executable, "-m", "pip", "install", "--only-binary", ":all:", "-c", pins, *peer.pypi])
+        if peer.debian:
+            if shutil.which("apt-get") is None:
+                raise BenchmarkError(
+                    f"{peer.name} needs {' '.join(peer.debian)}, and there is no apt-get here"
+                )
+            sudo = [] if os.geteuid() == 0 else ["sudo"]
+            call([*sudo, "apt-get", "update"])
+            call([*sudo, "apt-get", "install", "--yes", "--no-install-recommends", *peer.debian])

@@ -1,0 +1,52 @@
+"""The code at hand: its release build."""
+
+import functools
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from taut_report.bootstrap import ROOT
+
+from taut_benchmark.entrant import Entrant, Peer, Problem, Run
+from taut_benchmark.peers.program import arguments, call, read_run, release
+
+# Names in tables, and the methods behind them as app/taut_benchmark.f90 takes them.
+METHODS = {
+    "taut": "present",
+    "taut, stages as they are": "present-stage-none",
+    "taut, Eq. (8)": "baseline",
+}
+# The problems that app/taut_benchmark.f90 has a model of.
+MODELS = ("pendulum", "chain")
+# From this size on, a single tolerance.
+LARGE = 10000
+
+
+@functools.cache
+def program() -> Path:
+    """Builds the program once."""
+    return release("taut_benchmark")
+
+
+def version() -> str:
+    """Returns the version in fpm.toml."""
+    found = re.search(r'(?m)^version = "([^"]+)"', (ROOT / "fpm.toml").read_text(encoding="utf-8"))
+    return found[1] if found else "unknown"
+
+
+def entrants(problem: Problem, size: int) -> Sequence[Entrant]:
+    """Returns one entrant for each method."""
+    if problem.name not in MODELS:
+        return []
+
+    def entrant(label: str, method: str) -> Entrant:
+        def run(rtol: float, seconds: float) -> Run:
+            return read_run(call([program(), *arguments(problem, size, method, rtol, seconds)]))
+
+        settings = problem.tolerances if size < LARGE else (1e-6,)
+        return Entrant(label, "taut", settings, run)
+
+    return [entrant(label, method) for label, method in METHODS.items()]
+
+
+PEER = Peer("taut", version, entrants)
