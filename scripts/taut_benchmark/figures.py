@@ -6,6 +6,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
 from taut_report import style
 from taut_report.style import GRAY, METHODS, MethodStyle
 
@@ -116,6 +117,9 @@ def cost_size(rows: Sequence[Measurement]) -> Figure | None:
                 [row.size for row in reached], [row.microseconds_per_step for row in reached], **look(entrant)
             )
         panel.set(xscale="log", yscale="log", xlabel=f"number of {PROBLEMS[name].unit}", title=title(name))
+        # The sizes themselves are the ticks.
+        panel.set_xticks(sorted(sizes[name]), [f"{size:,}" for size in sorted(sizes[name])])
+        panel.xaxis.set_minor_formatter(NullFormatter())
     next(iter(axes.values())).set_ylabel("processor time of a step [µs]")
     legend(figure, order([row for row in rows if row.problem in names]))
     return figure

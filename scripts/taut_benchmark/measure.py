@@ -14,8 +14,8 @@ from taut_benchmark.peers.program import WORK
 # Processor time that one entrant gets in one round [s]; a run that takes longer than SLOW is not repeated.
 SHARE = 0.1
 SLOW = 2.0
-# A peer whose run took longer than this [s] is not asked for stricter tolerances: before and after it reached the
-# smallest target.
+# A peer whose run took longer than this [s] is not asked for stricter tolerances: before and after it reached
+# the smallest target.
 TOO_SLOW = 60.0
 ENOUGH = 1.0
 
@@ -46,7 +46,7 @@ class Measurement:
 
 
 def kept(problem: Problem, size: int, folder: Path = WORK) -> Array:
-    """Returns the reference, computed once: a file keeps it as long as the problem's module stays the same."""
+    """Returns the reference, computed once; a file keeps it while the problem's module stays the same."""
     module = Path(problem.reference.__code__.co_filename).read_bytes()
     path = folder / f"{problem.name}-{size}-{hashlib.sha256(module).hexdigest()[:12]}.npy"
     if not path.exists():

@@ -104,7 +104,7 @@ def markdown(
     lines = [
         "# Benchmark",
         "",
-        f"{machine()}; one thread; {who}. Processor time of the fastest run, beyond the start of a program. Each "
+        f"{machine()}; one thread; {who}. Processor time of the fastest run, beyond a program's start. Each "
         "entrant is shown with its cheapest setting (rtol, or the step) that reaches the error against an "
         "independent reference; one that has none is refused.",
         "",

@@ -1,8 +1,8 @@
 """N four-bar loops in a row; all cranks share one angle, so that the reference is one equation.
 
-N + 1 cranks of 1 m stand on the points (i, 0) and carry B_i; N rods of 1 m join B_0 to B_1, B_1 to B_2 and so on.
-Every rod has 1 kg, spread evenly. B_0 starts upright at 1 m/s; twice a turn all rods are in one line, where the
-mechanism could fold and the constraints lose rank.
+N + 1 cranks of 1 m stand on the points (i, 0) and carry B_i; N rods of 1 m join B_0 to B_1, B_1 to B_2 and so
+on. Every rod has 1 kg, spread evenly. B_0 starts upright at 1 m/s; twice a turn all rods are in one line, where
+the mechanism could fold and the constraints lose rank.
 """
 
 import math
@@ -19,8 +19,8 @@ T_END = 10.0
 def angle(size: int, t_end: float = T_END) -> tuple[float, float]:
     """Returns the cranks' angle from the horizontal and its rate, by Lagrange's equation of one freedom.
 
-    N + 1 cranks turn about their ends, inertia 1/3; N rods move as B does, without turning: the kinetic energy
-    is ((N + 1)/3 + N) a'^2/2, the potential one ((N + 1)/2 + N) g sin a.
+    N + 1 cranks turn about their ends, inertia 1/3; N rods move as B does, without turning: the kinetic
+    energy is ((N + 1)/3 + N) a'^2/2, the potential one ((N + 1)/2 + N) g sin a.
     """
     inertia = (size + 1) / 3 + size
     moment = ((size + 1) / 2 + size) * GRAVITY
