@@ -10,6 +10,7 @@ program taut_benchmark
    use taut, only: wp, constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, method_t, raise, state_t, status_name, status_reached_end
    use taut_model_chain, only: chain_t, new_chain
+   use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    implicit none (type, external)
    !> A measured batch of runs takes at least this long [s]: clocks are coarse.
@@ -40,6 +41,7 @@ contains
       type(state_t), intent(out) :: start
       type(error_t), allocatable, intent(inout) :: error
       type(chain_t), allocatable :: chain
+      type(n_four_bar_t), allocatable :: loops
       type(pendulum_t), allocatable :: pendulum
 
       select case (name)
@@ -54,8 +56,13 @@ contains
          call new_chain(chain, size, 1.0_wp, 1.0_wp, gravity, error)
          if (.not. allocated(error)) call chain%start(0.0_wp, start)
          call move_alloc(chain, model)
+      case ('four-bar')
+         allocate (loops)
+         call new_n_four_bar(loops, size, 1.0_wp, 1.0_wp, gravity, error)
+         if (.not. allocated(error)) call loops%start(0.0_wp, 1.0_wp, start)
+         call move_alloc(loops, model)
       case default
-         call raise(error, 'command line', 'there is no problem "'//name//'"', 'use pendulum or chain')
+         call raise(error, 'command line', 'there is no problem "'//name//'"', 'use pendulum, chain or four-bar')
       end select
    end subroutine new_problem
 

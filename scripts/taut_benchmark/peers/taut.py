@@ -2,12 +2,13 @@
 
 import functools
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from taut_report.bootstrap import ROOT
 
-from taut_benchmark.entrant import Entrant, Peer, Problem, Run
+from taut_benchmark.entrant import Array, Entrant, Peer, Problem, Run
 from taut_benchmark.peers.program import arguments, call, read_run, release
 
 # Names in tables, and the methods behind them as app/taut_benchmark.f90 takes them.
@@ -16,8 +17,13 @@ METHODS = {
     "taut, stages as they are": "present-stage-none",
     "taut, Eq. (8)": "baseline",
 }
-# The problems that app/taut_benchmark.f90 has a model of.
-MODELS = ("pendulum", "chain")
+# The problems that app/taut_benchmark.f90 has a model of, and what of its state the problem asks for.
+MODELS: dict[str, Callable[[int, Array], Array]] = {
+    "pendulum": lambda _size, state: state,
+    "chain": lambda _size, state: state,
+    # Between two tips there is the center of the rod that joins them.
+    "four-bar": lambda size, state: state.reshape(2, 2 * size + 1, 2)[:, ::2].ravel(),
+}
 # From this size on, a single tolerance.
 LARGE = 10000
 
@@ -41,7 +47,8 @@ def entrants(problem: Problem, size: int) -> Sequence[Entrant]:
 
     def entrant(label: str, method: str) -> Entrant:
         def run(rtol: float, seconds: float) -> Run:
-            return read_run(call([program(), *arguments(problem, size, method, rtol, seconds)]))
+            done = read_run(call([program(), *arguments(problem, size, method, rtol, seconds)]))
+            return replace(done, state=MODELS[problem.name](size, done.state))
 
         settings = problem.tolerances if size < LARGE else (1e-6,)
         return Entrant(label, "taut", settings, run)

@@ -12,8 +12,8 @@ GRAVITY = 9.81
 def angular(_time: float, y: Array) -> Array:
     """Returns the rates of angles a (from the horizontal) and angular velocities w.
 
-    With rods e_i = (cos a_i, sin a_i) of 1 m and unit masses, T_(i+1) e_(i+1) - T_i e_i + g is the acceleration
-    of mass i, and the difference of two of them is w_i' n_i - w_i^2 e_i: along e_i it gives the tensions T,
+    With rods e_i = (cos a_i, sin a_i) of 1 m and unit masses: T_(i+1) e_(i+1) - T_i e_i + g accelerates
+    mass i, and the difference of two of them is w_i' n_i - w_i^2 e_i: along e_i it gives the tensions T,
     across it w'.
     """
     n = len(y) // 2

@@ -1,8 +1,8 @@
 """N four-bar loops in a row; all cranks share one angle, so that the reference is one equation.
 
 N + 1 cranks of 1 m stand on the points (i, 0) and carry B_i; N rods of 1 m join B_0 to B_1, B_1 to B_2 and so
-on. Every rod has 1 kg, spread evenly. B_0 starts upright at 1 m/s; twice a turn all rods are in one line, where
-the mechanism could fold and the constraints lose rank.
+on. Every rod has 1 kg, spread evenly. B_0 starts upright at 1 m/s; twice a turn all rods are in one line,
+where the mechanism could fold and the constraints lose rank.
 """
 
 import math
