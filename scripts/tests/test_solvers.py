@@ -76,7 +76,7 @@ def test_same_motion(path: Path, tmp_path: Path) -> None:
     for solver, row in rows.items():
         assert row["t"] == reference["t"]
         assert row["rank"] == reference["rank"], solver
-        # Rows in very different units are scaled before their singular values are found: multipliers differ by that.
+        # Rows in very different units are scaled for their singular values: multipliers differ by that.
         redundant = reference["rank"] < sum(name.startswith("lambda") for name in reference)
         unique = list(reference)[: list(reference).index("phi")] if redundant else state
         for name in set(state) & set(unique) if solver in ("dgelsd", "factor") else state:
