@@ -14,7 +14,7 @@ module test_structure
    use taut_linalg_ordering, only: bandwidth, minimum_degree, reverse_cuthill_mckee
    use taut_linalg_sparse_factor, only: sparse_factor_t
    use taut_linalg_sparse_rows, only: sparse_rows_t
-   use taut_linalg_weighted_projection, only: solver_dgelsd, solver_names, weighted_projection_t
+   use taut_linalg_weighted_projection, only: solver_banded, solver_dgelsd, solver_names, weighted_projection_t
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
    use taut_model_pendulum, only: new_pendulum, pendulum_t
@@ -43,6 +43,7 @@ contains
               new_test('products of sparse rows', products), &
               new_test('orderings of a shuffled chain, a tree and a net', orderings), &
               new_test('the operator on random patterns', random_patterns), &
+              new_test('the operator on chains', chains), &
               new_test('a row without entries', empty_row), &
               new_test('a straight chain of 10000 rods is not redundant', straight_chain), &
               new_test('each solver, each system: the same motion', solvers_agree), &
@@ -295,6 +296,78 @@ contains
       end subroutine one
 
    end subroutine random_patterns
+
+   !> Chains that hang at one end, at both or at none, of any length, against DGELSD on all entries; in a straight one that
+   !! hangs at both ends a row is redundant.
+   subroutine chains(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(sparse_rows_t) :: rows, full
+      type(block_diagonal_t) :: k
+      integer :: c, i, l, n, shorter_end, shorter_start
+      integer, allocatable :: first(:), column(:)
+
+      call restart_random()
+      do c = 2, 9
+         do shorter_start = 0, 2, 2
+            do shorter_end = 0, 2, 2
+               n = 2*(c + 1) - shorter_start - shorter_end
+               first = [1, (4*i - shorter_start + 1, i=1, c - 1), 4*c - shorter_start - shorter_end + 1]
+               column = [((2*(i - 1) + l - shorter_start, l=1, 4), i=1, c)]
+               column = pack(column, column >= 1 .and. column <= n)
+               call rows%set_pattern(n, first, column)
+               call full%init(c, n)
+               call k%init(spread(1, 1, n))
+               call k%set_diagonal(2.0_wp + random_vector(n))
+               rows%values(:) = random_vector(size(column))
+               call one(.true., random_vector(c))
+               call one(.false., random_vector(c))
+               ! All along x.
+               rows%values(:) = merge(1.0_wp, 0.0_wp, mod(column, 2) == 1)
+               do i = 2 - shorter_start/2, c
+                  rows%values(first(i):first(i) + 1) = -rows%values(first(i):first(i) + 1)
+               end do
+               call one(.true., spread(0.0_wp, 1, c))
+               call one(.false., spread(0.0_wp, 1, c))
+            end do
+         end do
+      end do
+
+   contains
+
+      subroutine one(identity, b)
+         logical, intent(in) :: identity
+         real(wp), intent(in) :: b(:)
+         type(weighted_projection_t) :: onto, reference
+         real(wp) :: d(n), expected(n), lambda(c), r(c), x(n), expected_lambda(c), expected_r(c)
+         integer :: info
+         character(:), allocatable :: label
+
+         label = 'c = '//to_text(c)//', n = '//to_text(n)
+         call full%set_dense(rows%dense())
+         call k%factorize(info)
+         call reference%init(full, c, spread(1, 1, n), solver_dgelsd, 0.0_wp)
+         call reference%update(full, k, identity, info, 0.0_wp)
+         call onto%init(rows, c, spread(1, 1, n), solver_banded, 0.0_wp)
+         call onto%update(rows, k, identity, info, 0.0_wp)
+         call check(failure, info == 0 .and. onto%rank == reference%rank, 'rank '//to_text(onto%rank)//', '//label)
+         d = random_vector(n)
+         x = d
+         expected = d
+         call onto%project(rows, b, x, r, lambda)
+         call reference%project(full, b, expected, expected_r, expected_lambda)
+         call check_below(failure, maxval(abs(r - expected_r)), 1.0e-13_wp, 'the violation, '//label)
+         call check_below(failure, maxval(abs(x - expected)), 1.0e-9_wp, 'what is left, '//label)
+         call onto%minimum_norm(lambda)
+         call check_below(failure, maxval(abs(lambda - expected_lambda)), 1.0e-8_wp*(1.0_wp + maxval(abs(expected_lambda))), &
+                          'multipliers, '//label)
+         ! Twice the same: what the first pass has found serves any number of vectors.
+         call onto%multipliers(expected_r, lambda)
+         call onto%minimum_norm(lambda)
+         call check_below(failure, maxval(abs(lambda - expected_lambda)), 1.0e-8_wp*(1.0_wp + maxval(abs(expected_lambda))), &
+                          'multipliers alone, '//label)
+      end subroutine one
+
+   end subroutine chains
 
    !> A row without entries has no part in anything, whatever the solver.
    subroutine empty_row(failure)

@@ -48,7 +48,7 @@ contains
       real(wp), intent(inout) :: l(*), reciprocal(*)
       !> Rows that were not left out; 0, or 1 if an entry of A is not finite.
       integer, intent(out) :: rank, info
-      real(wp) :: below, down, e, factor, of_down, of_up, q, up
+      real(wp) :: below, down, e, lost, of_down, of_up, q, up
       integer :: i, j, k, middle
 
       rank = c
@@ -65,8 +65,7 @@ contains
       s(c) = of_up
       down = of_down
       up = of_up
-      factor = 0.0_wp
-      below = 0.0_wp
+      lost = 0.0_wp
       j = c
       if (mod(c, 2) == 0) then
          call invert(up, cut*of_up, q, rank)
@@ -76,9 +75,9 @@ contains
          if (.not. ieee_is_finite(of_up)) return
          s(j) = of_up
          s(c + j) = below
-         factor = below*q
-         l(j) = factor
-         up = of_up - below*factor
+         lost = (below*below)*q
+         l(j) = below*q
+         up = of_up - lost
       end if
       do i = 1, middle - 1
          call invert(down, cut*of_down, q, rank)
@@ -86,22 +85,22 @@ contains
          call multiply_rows(a, a_kinv, 4*i - missing, 0, of_down, e)
          s(i + 1) = of_down
          s(c + i) = e
-         q = e*q
-         l(i) = q
-         down = of_down - e*q
+         ! The next pivot waits for as few operations as possible.
+         down = of_down - (e*e)*q
+         l(i) = e*q
          call invert(up, cut*of_up, q, rank)
          reciprocal(j) = q
          j = j - 1
          call multiply_rows(a, a_kinv, 4*j - missing, -4, of_up, below)
          s(j) = of_up
          s(c + j) = below
-         factor = below*q
-         l(j) = factor
-         up = of_up - below*factor
+         lost = (below*below)*q
+         l(j) = below*q
+         up = of_up - lost
          if (.not. (ieee_is_finite(of_down) .and. ieee_is_finite(of_up))) return
       end do
       ! Both neighbors of the middle are eliminated.
-      call invert(down - below*factor, cut*of_up, reciprocal(middle), rank)
+      call invert(down - lost, cut*of_up, reciprocal(middle), rank)
       info = 0
    end subroutine factorize_chained
 
