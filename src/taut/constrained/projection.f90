@@ -1,6 +1,7 @@
 !> Projection of positions and velocities on the constraints.
 module taut_constrained_projection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_fortran_env, only: int64
    use taut_kinds, only: wp
    use taut_error, only: to_text
    use taut_constrained_method, only: method_t
@@ -30,7 +31,8 @@ module taut_constrained_projection
       real(wp), allocatable :: mu(:)
       !> Violation of the last position that was given to `position`, largest entry, before it was corrected.
       real(wp) :: phi_raw = 0.0_wp
-      !> Violation of the last velocity that was given to `velocity`, largest entry, before it was corrected.
+      !> Violation of the last velocity that was given to `velocity`, largest entry, before it was corrected: see
+      !! `measure_velocity`.
       real(wp) :: phidot_raw = 0.0_wp
       !> Violation that is left after `position`, largest entry.
       real(wp) :: residual = 0.0_wp
@@ -55,6 +57,7 @@ module taut_constrained_projection
       procedure :: linearize
       procedure :: velocity
       procedure :: velocity_violation
+      procedure :: measure_velocity
       procedure :: filter_position
       procedure :: filter_velocity
       procedure :: explain
@@ -243,16 +246,19 @@ contains
    pure function largest_entry(values) result(value)
       real(wp), intent(in), contiguous :: values(:)
       real(wp) :: value
-      integer :: i
+      integer(int64) :: even, odd
+      integer :: i, n
 
-      value = 0.0_wp
-      do i = 1, size(values)
-         if (.not. ieee_is_finite(values(i))) then
-            value = values(i)
-            return
-         end if
-         value = max(value, abs(values(i)))
+      ! The bits of numbers without their signs are in the order of their sizes, with infinity and NaN at the end.
+      even = 0_int64
+      odd = 0_int64
+      n = size(values)/2
+      do i = 1, n
+         odd = max(odd, ibclr(transfer(values(2*i - 1), odd), 63))
+         even = max(even, ibclr(transfer(values(2*i), even), 63))
       end do
+      if (2*n < size(values)) odd = max(odd, ibclr(transfer(values(2*n + 1), odd), 63))
+      value = transfer(max(odd, even), value)
    end function largest_entry
 
    !> d = -W^-1 A^T S^+ phi with the holonomic rows, its largest entry, and that of A d: what d will change in phi.
@@ -355,10 +361,11 @@ contains
             last = a%first(i + 1) - 1
          end if
          row = 0.0_wp
+         !GCC$ unroll 1
          do k = begin, last
             row = max(row, abs(a%values(k)))
          end do
-         if (row > tiny(1.0_wp)) value = max(value, min(1.0_wp, abs(phi(i))/(row*scale)))
+         if (row > tiny(1.0_wp) .and. abs(phi(i)) > value*(row*scale)) value = min(1.0_wp, abs(phi(i))/(row*scale))
       end do
    end function relative_violation
 
@@ -403,7 +410,6 @@ contains
       real(wp), intent(in), optional :: shift(:)
       integer :: i
 
-      self%phidot_raw = 0.0_wp
       if (model%c == 0) return
       call model%b_prime(at, self%b_prime)
       if (present(shift)) then
@@ -413,9 +419,16 @@ contains
          call self%onto%project(self%a, self%r, at%v, self%normal, self%mu)
       else
          call self%onto%project(self%a, self%b_prime, at%v, self%r, self%mu)
-         self%phidot_raw = largest_entry(self%r)
       end if
    end subroutine velocity
+
+   !> Sets `phidot_raw`: not every velocity that is projected is looked at.
+   pure subroutine measure_velocity(self)
+      !> The projector, after `velocity` without a shift.
+      class(projector_t), intent(inout) :: self
+
+      self%phidot_raw = largest_entry(self%r)
+   end subroutine measure_velocity
 
    !> A v - b', after `linearize`: its largest entry is kept in `phidot_raw`.
    subroutine velocity_violation(self, model, at)
