@@ -54,8 +54,7 @@ contains
       integer, intent(in), contiguous :: row(:), column(:)
       !> Pivots up to this part of their diagonal entry are zero.
       real(wp), intent(in) :: cut
-      integer :: i, j, k, last
-      real(wp) :: factor
+      integer :: i, j, k
 
       self%rank = self%n
       if (self%width == 1 .and. size(row) == self%n - 1) then
@@ -76,33 +75,50 @@ contains
          call factorize_tridiagonal(self%n, s, self%below, cut, self%l, self%reciprocal, self%rank)
          return
       end if
-      do j = 1, self%n
-         self%reciprocal(j) = s(j)
+      call factorize_band(self%n, self%width, s, cut, self%l, self%reciprocal, self%rank)
+   end subroutine factorize
+
+   !> Column by column: most are short, and no loop over them is worth unrolling.
+   pure subroutine factorize_band(n, width, s, cut, l, reciprocal, rank)
+      integer, intent(in) :: n, width
+      real(wp), intent(in) :: s(n), cut
+      real(wp), intent(inout) :: l(width, n), reciprocal(n)
+      integer, intent(out) :: rank
+      real(wp) :: factor, inverse
+      integer :: i, j, k, last
+
+      rank = n
+      do j = 1, n
+         reciprocal(j) = s(j)
       end do
-      do j = 1, self%n
-         if (self%reciprocal(j) <= cut*s(j)) then
-            self%reciprocal(j) = 0.0_wp
-            self%rank = self%rank - 1
-            do i = 1, self%width
-               self%l(i, j) = 0.0_wp
+      do j = 1, n
+         if (reciprocal(j) <= cut*s(j)) then
+            reciprocal(j) = 0.0_wp
+            rank = rank - 1
+            do i = 1, width
+               l(i, j) = 0.0_wp
             end do
             cycle
          end if
-         self%reciprocal(j) = 1.0_wp/self%reciprocal(j)
-         last = min(self%width, self%n - j)
+         inverse = 1.0_wp/reciprocal(j)
+         reciprocal(j) = inverse
+         last = min(width, n - j)
+         !GCC$ unroll 1
          do k = 1, last
-            if (.not. abs(self%l(k, j)) > 0.0_wp) cycle
-            factor = self%l(k, j)*self%reciprocal(j)
-            self%reciprocal(j + k) = self%reciprocal(j + k) - factor*self%l(k, j)
+            if (.not. abs(l(k, j)) > 0.0_wp) cycle
+            factor = l(k, j)*inverse
+            reciprocal(j + k) = reciprocal(j + k) - factor*l(k, j)
+            !GCC$ unroll 1
             do i = k + 1, last
-               self%l(i - k, j + k) = self%l(i - k, j + k) - factor*self%l(i, j)
+               l(i - k, j + k) = l(i - k, j + k) - factor*l(i, j)
             end do
          end do
+         !GCC$ unroll 1
          do k = 1, last
-            self%l(k, j) = self%l(k, j)*self%reciprocal(j)
+            l(k, j) = l(k, j)*inverse
          end do
       end do
-   end subroutine factorize
+   end subroutine factorize_band
 
    !> From both ends to the middle: two rows at a time that do not wait for each other.
    pure subroutine factorize_tridiagonal(n, s, below, cut, l, reciprocal, rank)
@@ -172,29 +188,39 @@ contains
       class(banded_factor_t), intent(in) :: self
       !> Right-hand side, replaced by the solution: (n).
       real(wp), intent(inout), contiguous :: x(:)
-      integer :: i, j, last
-      real(wp) :: t
 
       if (self%width == 1) then
          call solve_tridiagonal(self%n, self%l, self%reciprocal, x)
          return
       end if
-      do j = 1, self%n
+      call solve_band(self%n, self%width, self%l, self%reciprocal, x)
+   end subroutine solve
+
+   !> The same for a band: of each sum the term that was found last comes last, so that little has to be waited for.
+   pure subroutine solve_band(n, width, l, reciprocal, x)
+      integer, intent(in) :: n, width
+      real(wp), intent(in) :: l(width, n), reciprocal(n)
+      real(wp), intent(inout) :: x(n)
+      integer :: i, j
+      real(wp) :: t
+
+      do j = 1, n
          t = x(j)
-         last = min(self%width, self%n - j)
-         do i = 1, last
-            x(j + i) = x(j + i) - self%l(i, j)*t
-         end do
-      end do
-      do j = self%n, 1, -1
-         t = x(j)*self%reciprocal(j)
-         last = min(self%width, self%n - j)
-         do i = 1, last
-            t = t - self%l(i, j)*x(j + i)
+         !GCC$ unroll 1
+         do i = min(width, j - 1), 1, -1
+            t = t - l(i, j - i)*x(j - i)
          end do
          x(j) = t
       end do
-   end subroutine solve
+      do j = n, 1, -1
+         t = x(j)*reciprocal(j)
+         !GCC$ unroll 1
+         do i = min(width, n - j), 1, -1
+            t = t - l(i, j)*x(j + i)
+         end do
+         x(j) = t
+      end do
+   end subroutine solve_band
 
    !> The same for a tridiagonal matrix.
    pure subroutine solve_tridiagonal(n, l, reciprocal, x)

@@ -330,6 +330,17 @@ contains
       integer :: e, l, p
       real(wp) :: t
 
+      if (g == 1) then
+         do e = 1, entries
+            t = 0.0_wp
+            !GCC$ unroll 1
+            do p = first(e), first(e + 1) - 1
+               t = t + a(of_a(p))*a_kinv(of_a_kinv(p))
+            end do
+            s(e) = t
+         end do
+         return
+      end if
       do e = 1, entries
          t = 0.0_wp
          do p = first(e), first(e + 1) - 1

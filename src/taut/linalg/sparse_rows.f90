@@ -324,6 +324,15 @@ contains
       real(wp), intent(inout) :: d(g, *)
       integer :: j, k, l
 
+      if (g == 1) then
+         do j = 1, columns
+            !GCC$ unroll 1
+            do k = first(j), first(j + 1) - 1
+               d(1, j) = d(1, j) - values(place(k))*lambda(row(k))
+            end do
+         end do
+         return
+      end if
       do j = 1, columns
          do k = first(j), first(j + 1) - 1
             !GCC$ unroll 1
