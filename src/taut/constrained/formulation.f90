@@ -590,7 +590,6 @@ contains
       if (self%replaces_v) y(n_x + 1:n_x + self%model%n) = self%at%v
       if (.not. fresh) return
       self%phi_raw = self%projector%phi_raw
-      if (self%threshold < 0.0_wp) call self%projector%measure_velocity()
       self%phidot_raw = self%projector%phidot_raw
       self%mu_raw(:) = self%projector%mu
    end subroutine project

@@ -31,8 +31,7 @@ module taut_constrained_projection
       real(wp), allocatable :: mu(:)
       !> Violation of the last position that was given to `position`, largest entry, before it was corrected.
       real(wp) :: phi_raw = 0.0_wp
-      !> Violation of the last velocity that was given to `velocity`, largest entry, before it was corrected: see
-      !! `measure_velocity`.
+      !> Violation of the last velocity that was given to `velocity`, largest entry, before it was corrected.
       real(wp) :: phidot_raw = 0.0_wp
       !> Violation that is left after `position`, largest entry.
       real(wp) :: residual = 0.0_wp
@@ -57,7 +56,6 @@ module taut_constrained_projection
       procedure :: linearize
       procedure :: velocity
       procedure :: velocity_violation
-      procedure :: measure_velocity
       procedure :: filter_position
       procedure :: filter_velocity
       procedure :: explain
@@ -410,6 +408,7 @@ contains
       real(wp), intent(in), optional :: shift(:)
       integer :: i
 
+      self%phidot_raw = 0.0_wp
       if (model%c == 0) return
       call model%b_prime(at, self%b_prime)
       if (present(shift)) then
@@ -419,16 +418,9 @@ contains
          call self%onto%project(self%a, self%r, at%v, self%normal, self%mu)
       else
          call self%onto%project(self%a, self%b_prime, at%v, self%r, self%mu)
+         self%phidot_raw = largest_entry(self%r)
       end if
    end subroutine velocity
-
-   !> Sets `phidot_raw`: not every velocity that is projected is looked at.
-   pure subroutine measure_velocity(self)
-      !> The projector, after `velocity` without a shift.
-      class(projector_t), intent(inout) :: self
-
-      self%phidot_raw = largest_entry(self%r)
-   end subroutine measure_velocity
 
    !> A v - b', after `linearize`: its largest entry is kept in `phidot_raw`.
    subroutine velocity_violation(self, model, at)

@@ -94,7 +94,6 @@ contains
       report%rank = projector%onto%rank
       report%freedoms = model%n - report%rank
       call projector%velocity(model, at)
-      call projector%measure_velocity()
       report%phidot_given = projector%phidot_raw
       call projector%velocity_violation(model, at)
       if (projector%phidot_raw > 1.0e-8_wp*max(1.0_wp, report%phidot_given) .and. .not. method%accept_inconsistent) then
