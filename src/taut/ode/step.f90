@@ -94,10 +94,18 @@ contains
       real(wp) :: t(8)
       integer :: i, j, n
 
+      ! Small systems are slowed down by the preparations of an unrolled loop, and large ones do not need it.
+      if (size(values) < 24) then
+         finite = .true.
+         !GCC$ unroll 1
+         do i = 1, size(values)
+            if (.not. ieee_is_finite(values(i))) finite = .false.
+         end do
+         return
+      end if
       ! Sums of absolute values: nothing that is not finite gets lost in them. Eight at a time do not wait for each other.
       n = size(values)/8
       t(:) = 0.0_wp
-      ! Small systems are slowed down by the preparations of an unrolled loop, and large ones do not need it.
       !GCC$ unroll 1
       do i = 1, n
          do j = 1, 8
