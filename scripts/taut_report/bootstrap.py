@@ -16,10 +16,14 @@ def use_venv() -> None:
         return
     prefix, python = ROOT / ".venv", ROOT / ".venv" / "bin" / "python"
     # Comparing prefixes, not programs: .venv/bin/python is often a link to the very Python that runs now.
-    if not python.exists() or Path(sys.prefix).resolve() == prefix.resolve():
+    # os.path's, for Path's raises where the way there is barred.
+    if not os.path.exists(python) or Path(sys.prefix).resolve() == prefix.resolve():
         sys.exit(f"{Path(sys.argv[0]).name}: a Python package is not installed: run scripts/setup first")
     sys.stdout.flush()
-    os.execv(python, [str(python), *sys.argv])
+    try:
+        os.execv(python, [str(python), *sys.argv])
+    except OSError as error:
+        sys.exit(f"{Path(sys.argv[0]).name}: {python} cannot be started: {error.strerror}")
 
 
 def print_any(text: str) -> None:

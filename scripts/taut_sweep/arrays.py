@@ -16,7 +16,7 @@ from taut_sweep.execute import INTERRUPTED
 from taut_sweep.files import SweepError, read_json, write_json, write_whole
 from taut_sweep.plan import Plan
 from taut_sweep.program import ONE_THREAD
-from taut_sweep.store import Store, lock, record_of, state_of
+from taut_sweep.store import FINISHED, Store, lock, record_of, state_of
 
 FOLDER = "slurm"
 SCRIPT = "array.sh"
@@ -87,12 +87,10 @@ def submit(plan: Plan, store: Store, runs_per_task: int | None, options: list[st
         if held is None:
             raise SweepError(f"{plan.sweep.path} is being submitted by another process")
         queued = _queued(_arrays(folder), slurm.queue())
-        states = {run.index: state_of(store.folder(run), run) for run in plan.runs if plan.first(run)}
-        todo = [index for index, state in states.items() if state not in ("done", "running")]
+        states = {run.index: state_of(store.folder(run), run) for run in plan.different}
+        todo = [index for index, state in states.items() if state not in (*FINISHED, "running")]
         new = [index for index in todo if index not in queued]
-        said = {
-            "done": sum(state == "done" for state in states.values()),
-            "running": sum(state == "running" for state in states.values()),
+        said = {name: list(states.values()).count(name) for name in (*FINISHED, "running")} | {
             "in Slurm's queue": len(todo) - len(new),
             "to submit": len(new),
         }
@@ -119,9 +117,8 @@ def told(plan: Plan, store: Store) -> list[str]:
             return [f"slurm: {error}"]
         queued = _queued(arrays, queue)
         waiting = sum(
-            run.index in queued and state_of(store.folder(run), run) not in ("done", "running")
-            for run in plan.runs
-            if plan.first(run)
+            run.index in queued and state_of(store.folder(run), run) not in (*FINISHED, "running")
+            for run in plan.different
         )
         tasks = Counter(state for array in arrays for state in queue.get(array.script, {}).values())
         lines.append(f"slurm: tasks in the queue: {_counted(tasks)}; {waiting} runs wait in them")
@@ -147,7 +144,7 @@ def _runs_per_task(plan: Plan, store: Store, number: int) -> int:
     times = [
         (datetime.fromisoformat(one["end"]) - datetime.fromisoformat(one["start"])).total_seconds()
         for one in records
-        if one and one["state"] == "done"
+        if one and one["state"] in FINISHED
     ]
     if times:
         return max(1, min(number, int(TASK_SECONDS / max(statistics.median(times), 0.01))))

@@ -108,7 +108,9 @@ def check_value(value: Any) -> None:
 
 
 def _find(groups: f90nml.Namelist, entry: Entry, path: Path) -> f90nml.Namelist:
-    """Returns the group of an entry."""
+    """Returns the group of an entry; one that the case leaves out is added, for then its defaults hold."""
+    if entry.group not in groups and entry.which is None:
+        groups[entry.group] = f90nml.Namelist()
     if entry.group not in groups:
         known = ", ".join(f"&{name}" for name in groups)
         raise SweepError(f"'{entry.text}': {path} has no group &{entry.group}; it has {known}")

@@ -12,12 +12,9 @@ from taut_report.data import LAST_FILES, Array
 from taut_sweep.case_file import plain
 from taut_sweep.files import SweepError, whole
 from taut_sweep.plan import Plan
-from taut_sweep.store import RESULTS, Store, record_of
-from taut_sweep.sweep_file import Quantity
+from taut_sweep.store import FINISHED, RESULTS, TABLE, TIMING, TRAJECTORIES, Store, record_of
+from taut_sweep.sweep_file import Quantity, Sweep
 
-TABLE = "table.csv"
-TIMING = "timing.csv"
-TRAJECTORIES = "trajectories.csv"
 # What the timing says of a run besides.
 RECORDED = ("host", "start", "end", "attempts")
 # Not in the table: the name is the same in every run, and the time is different in each.
@@ -29,15 +26,18 @@ def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
     sweep = plan.sweep
     store.scan()
     found = []
+    missing = 0
     for run in plan.runs:
         folder = store.folder(run)
         record = record_of(folder, run)
-        if record and record["state"] in ("done", "failed") and (source := _summary(folder)):
+        if record and record["state"] in FINISHED and (source := last_file(folder / RESULTS)):
             found.append((run, folder, [record[key] for key in RECORDED], source))
-    missing = len(plan.runs) - len(found)
+        else:
+            missing += plan.first(run)
     if missing and not partial:
         raise SweepError(
-            f"{missing} of {len(plan.runs)} runs have no results; scripts/sweep run them, or take --partial"
+            f"{missing} of {len(plan.different)} runs have no results; "
+            "scripts/sweep run them, or take --partial"
         )
     if not found:
         raise SweepError("no run has results; scripts/sweep run them first")
@@ -54,6 +54,7 @@ def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
             names, rows = _read(source)
             if header is None:
                 header = names
+                check_names(sweep, names)
                 kept = [name for name in names if name not in APART]
                 table.writerow(["run", *sweep.columns, *kept, *(q.name for q in sweep.quantities)])
                 timing.writerow(["run", "method", "wall_seconds", *RECORDED])
@@ -131,10 +132,19 @@ def _take(take: str, t: Array, values: Array) -> Any:
             return values[-1]
 
 
-def _summary(folder: Path) -> Path | None:
+def last_file(results: Path) -> Path | None:
     """Returns the file with one row a method (or a mode), which the programs write last."""
-    paths = [folder / RESULTS / name for name in LAST_FILES]
+    paths = [results / name for name in LAST_FILES]
     return next((path for path in paths if path.is_file()), None)
+
+
+def check_names(sweep: Sweep, header: list[str]) -> None:
+    """Refuses names that the program's own columns have: a table has each name once."""
+    for name in (*sweep.columns, *(quantity.name for quantity in sweep.quantities)):
+        if name in header:
+            raise SweepError(
+                f"{sweep.path}: the name '{name}' is that of a column of {sweep.app}; give another"
+            )
 
 
 def _read(path: Path) -> tuple[list[str], list[list[str]]]:

@@ -1,6 +1,7 @@
 """The command line: scripts/sweep plan|run|status|collect|plot|work SWEEP."""
 
 import argparse
+import shlex
 import sys
 from collections import Counter
 from pathlib import Path
@@ -8,13 +9,15 @@ from pathlib import Path
 from taut_sweep import arrays, sweep_file
 from taut_sweep import program as programs
 from taut_sweep.case_file import plain
+from taut_sweep.check import check
 from taut_sweep.execute import INTERRUPTED, Executor
-from taut_sweep.files import SweepError
+from taut_sweep.files import SweepError, count_of
 from taut_sweep.local import Report, cores, run_all
 from taut_sweep.plan import Plan
-from taut_sweep.store import STATES, Store, state_of
+from taut_sweep.store import FINISHED, STATES, TABLE, Store, state_of
 
 SHOWN = 5
+RESULTS = Path("results")
 FORMATS = ("png", "pdf", "svg")
 
 
@@ -27,6 +30,8 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         if asked.options and not getattr(asked, "slurm", False):
             raise SweepError("options after -- are for sbatch; they go with run --slurm")
+        if getattr(asked, "runs_per_task", None) and not asked.slurm:
+            raise SweepError("--runs-per-task is of Slurm's tasks; it goes with run --slurm")
         return asked.command(asked)
     except SweepError as error:
         print(f"sweep: {error}", file=sys.stderr)
@@ -43,7 +48,7 @@ def plan(asked: argparse.Namespace) -> int:
     program = programs.find(sweep.app)
     planned = Plan(sweep, program.version)
     check(planned, program)
-    print(f"{sweep.name}: {len(planned.runs)} runs of {sweep.app} with {sweep.case}")
+    print(f"{sweep.name}: {planned.size} of {sweep.app} with {sweep.case}")
     table = [["run", *sweep.columns]]
     table += [[str(run.index), *map(plain, run.values)] for run in planned.runs[:SHOWN]]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
@@ -61,15 +66,18 @@ def run(asked: argparse.Namespace) -> int:
     planned = Plan(sweep, program.version)
     check(planned, program)
     store = Store(asked.results, sweep.name)
+    store.check_owner(sweep.path)
     program = store.prepare(planned, program)
-    if asked.slurm:
-        arrays.submit(planned, store, asked.runs_per_task, asked.options)
-        return 0
-    runs = [one for one in planned.runs if planned.first(one)]
-    todo = [one for one in runs if state_of(store.folder(one), one) != "done"]
-    report = run_all(Executor(planned, store, program), todo, asked.jobs)
+    with store.at_work(planned.different):
+        if asked.slurm:
+            arrays.submit(planned, store, asked.runs_per_task, asked.options)
+            return 0
+        todo = [one for one in planned.different if state_of(store.folder(one), one) not in FINISHED]
+        if not todo:
+            print(f"{sweep.name}: {planned.size}, nothing left to do")
+        report = run_all(Executor(planned, store, program), todo, asked.jobs, wait=True)
     tell(report)
-    return finish(report, f"scripts/sweep run {asked.sweep}", 130)
+    return finish(report, call(asked, "run"), 130)
 
 
 def work(asked: argparse.Namespace) -> int:
@@ -78,7 +86,9 @@ def work(asked: argparse.Namespace) -> int:
     first, last = asked.runs
     if not 1 <= first <= last <= len(planned.runs):
         raise SweepError(f"--runs {first}:{last}: there are runs 1 to {len(planned.runs)}")
-    report = run_all(Executor(planned, store, program), planned.runs[first - 1 : last], 1)
+    runs = planned.runs[first - 1 : last]
+    with store.at_work(runs):
+        report = run_all(Executor(planned, store, program), runs, 1, wait=False)
     tell(report)
     return finish(report, "the same again", INTERRUPTED)
 
@@ -88,10 +98,10 @@ def status(asked: argparse.Namespace) -> int:
     planned, store, _ = prepared(asked)
     counts = count(planned, store)
     others = store.others(planned)
-    kept = f" ({others} folders of other inputs)" if others else ""
+    kept = f" ({count_of(others, 'folder')} of other inputs)" if others else ""
     shown = [name for name in STATES if counts[name] or name in ("done", "running", "failed", "missing")]
     print(
-        f"{planned.sweep.name}: {len(planned.runs)} runs: "
+        f"{planned.sweep.name}: {planned.size}: "
         + ", ".join(f"{counts[name]} {name}" for name in shown)
         + kept
     )
@@ -111,36 +121,47 @@ def collect(asked: argparse.Namespace) -> int:
 
 
 def plot(asked: argparse.Namespace) -> int:
-    """Draws the figures of the sweep file from the table alone."""
-    from taut_sweep.plot import draw_all
+    """Draws the figures of the sweep file from the tables alone; a wrong one does not stop the others."""
+    from taut_sweep.plot import draw
 
     sweep = sweep_file.read(asked.sweep)
-    for path in draw_all(sweep, Store(asked.results, sweep.name).root, [asked.format]):
-        print(path)
-    return 0
+    store = Store(asked.results, sweep.name)
+    store.check_owner(sweep.path)
+    if not sweep.plots:
+        raise SweepError(f"{sweep.path} has no [[plot]]")
+    if not (store.root / TABLE).is_file():
+        raise SweepError(f"{store.root / TABLE} is missing: {call(asked, 'collect')} first")
+    code = 0
+    for one in sweep.plots:
+        try:
+            print(draw(sweep, one, store.root, asked.format))
+        except SweepError as error:
+            print(f"sweep: {error}", file=sys.stderr)
+            code = 1
+    return code
 
 
 def prepared(asked: argparse.Namespace) -> tuple[Plan, Store, programs.Program]:
     """Returns the plan with the program that the runs were made with."""
     sweep = sweep_file.read(asked.sweep)
     store = Store(asked.results, sweep.name)
+    store.check_owner(sweep.path)
     program = store.program()
     if program is None:
-        raise SweepError(f"{store.root} has no runs; scripts/sweep run {asked.sweep} first")
+        raise SweepError(f"{store.root} has no runs; {call(asked, 'run')} first")
     store.scan()
     return Plan(sweep, program.version), store, program
 
 
-def check(planned: Plan, program: programs.Program) -> None:
-    """Lets the program read the first case, so that a misspelt entry is said once and not by each run."""
-    first = planned.runs[0]
-    if said := programs.check_case(program.path, planned.text(first), planned.sweep.options):
-        raise SweepError(f"{planned.sweep.path}: run 1 is refused: {said}")
+def call(asked: argparse.Namespace, name: str) -> str:
+    """Returns what to type for another command on the same sweep."""
+    results = "" if asked.results == RESULTS else f" --results {shlex.quote(str(asked.results))}"
+    return f"scripts/sweep {name} {shlex.quote(str(asked.sweep))}{results}"
 
 
 def count(planned: Plan, store: Store) -> Counter[str]:
     """Returns how many runs are in which state."""
-    return Counter(state_of(store.folder(one), one) for one in planned.runs)
+    return Counter(state_of(store.folder(one), one) for one in planned.different)
 
 
 def tell(report: Report) -> None:
@@ -148,11 +169,12 @@ def tell(report: Report) -> None:
     if report.started:
         own = 1e3 * report.own_seconds / report.started
         print(
-            f"{report.started} runs in {report.seconds:.1f} s, {report.workers} at a time: "
+            f"{count_of(report.started, 'run')} in {report.seconds:.1f} s, {report.workers} at a time: "
             f"{own:.1f} ms a run integrating, {1e3 * report.overhead:.1f} ms a run for all else"
         )
-    for message, times in report.messages.most_common(SHOWN):
-        print(f"sweep: {times} failed, as in {report.examples[message]}: {message}", file=sys.stderr)
+    for said, times in report.messages.most_common(SHOWN):
+        state, message = said
+        print(f"sweep: {times} {state}, as in {report.examples[said]}: {message}", file=sys.stderr)
     if len(report.messages) > SHOWN:
         print(f"sweep: and {len(report.messages) - SHOWN} other messages", file=sys.stderr)
 
@@ -161,11 +183,11 @@ def finish(report: Report, again: str, stopped_code: int) -> int:
     """Says what is left to do and returns the exit code."""
     states = report.states
     if left := states["interrupted"] + states["stopped"]:
-        print(f"sweep: stopped with {left} runs to go; go on with {again}", file=sys.stderr)
+        print(f"sweep: stopped with {count_of(left, 'run')} to go; go on with {again}", file=sys.stderr)
         return stopped_code
     if states["busy"]:
-        print(f"sweep: {states['busy']} runs are being run by another process", file=sys.stderr)
-    return 1 if states["failed"] or states["busy"] else 0
+        print(f"sweep: {count_of(states['busy'], 'run')} left to another process", file=sys.stderr)
+    return 1 if states["failed"] else stopped_code if report.stopped else 0
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -180,7 +202,7 @@ def _parser() -> argparse.ArgumentParser:
             "sweep", type=Path, metavar="SWEEP", help="a sweep file, such as cases/swing/peak_force.toml"
         )
         command.add_argument(
-            "--results", type=Path, default=Path("results"), metavar="DIR", help="default: results"
+            "--results", type=Path, default=RESULTS, metavar="DIR", help="default: results, in this folder"
         )
         command.set_defaults(command=function)
         return command

@@ -1,11 +1,13 @@
 """One run: claimed by its lock, run by the program, recorded."""
 
+import csv
 import os
 import shutil
 import signal
 import socket
 import subprocess
 import threading
+import time
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,8 +16,21 @@ from typing import Any
 from taut_sweep.files import write_json, write_whole
 from taut_sweep.plan import Plan, Run
 from taut_sweep.program import ONE_THREAD, Program, last_line
-from taut_sweep.store import CASE, CHECKPOINT, LOG, RECORD, RESULTS, Store, lock, record_of
+from taut_sweep.store import (
+    CASE,
+    CHECKPOINT,
+    ENDED_EARLY,
+    FINISHED,
+    LOG,
+    RECORD,
+    RESULTS,
+    Store,
+    lock,
+    record_of,
+)
 
+# The statuses of an integration that came to its end.
+COMPLETE = ("reached-end", "stopped-by-event")
 # The program's exit code when a signal made it write a checkpoint and end.
 INTERRUPTED = 75
 # Not SIGTERM: a cluster sends that to programs itself, and a second one of a kind would end them at once.
@@ -29,8 +44,9 @@ class Outcome:
     state: str
     folder: Path
     message: str = ""
-    # Whether the program was started, and the time of its integrations [s].
+    # Whether the program was started, how long this took, and how long of it the program integrated [s].
     ran: bool = False
+    seconds: float = 0.0
     own_seconds: float = 0.0
 
 
@@ -83,12 +99,13 @@ class Executor:
             if held is None:
                 return Outcome("busy", folder)
             before = record_of(folder, run)
-            if before and before["state"] == "done":
-                return Outcome("done", folder)
+            if before and before["state"] in FINISHED:
+                return Outcome(before["state"], folder)
             return self._run(run, folder, held, before)
 
     def _run(self, run: Run, folder: Path, held: int, before: dict[str, Any] | None) -> Outcome:
         """Runs the program and records it."""
+        begun = time.monotonic()
         record = {
             "state": "running",
             "hash": run.hash,
@@ -111,6 +128,7 @@ class Executor:
             shutil.rmtree(folder / RESULTS, ignore_errors=True)
         record["restarted"] = restart
         write_json(folder / RECORD, record, sync=False)
+        started = time.monotonic()
         code, said = self._start(folder, held, restart)
         if restart and code not in (0, INTERRUPTED) and _refused(said) and (folder / CHECKPOINT).exists():
             # Kept for a look at it, but the run begins anew.
@@ -122,13 +140,18 @@ class Executor:
             record["state"] = "done"
         elif code == INTERRUPTED or (self.stop.asked and code < 0):
             record["state"] = "interrupted"
+        elif code == 1 and _ended_early(folder):
+            record["state"] = ENDED_EARLY
+            record["message"] = last_line(said, code)
         else:
             record["state"] = "failed"
             record["message"] = last_line(said, code)
+        # The program's account covers all attempts of a run that it continues.
+        own = min(sum(map(float, _summary(folder, "wall_seconds"))), time.monotonic() - started)
         record["exit_code"] = code
         record["end"] = _now()
         write_json(folder / RECORD, record)
-        return Outcome(record["state"], folder, record["message"], True, _own_seconds(folder))
+        return Outcome(record["state"], folder, record["message"], True, time.monotonic() - begun, own)
 
     def _start(self, folder: Path, held: int, restart: bool) -> tuple[int, str]:
         """Starts the program in the run's folder and waits; returns its exit code and what it said."""
@@ -159,14 +182,22 @@ def _refused(said: str) -> bool:
     return Path(CHECKPOINT).name in said and "cannot be written" not in said
 
 
-def _own_seconds(folder: Path) -> float:
-    """Returns how long the integrations of a run took by the program's own account [s]."""
+def _ended_early(folder: Path) -> bool:
+    """Returns whether a program went through its case, though an integration did not reach its end.
+
+    The summary is written last: a program that fails in another way leaves none, or that of an interruption.
+    """
+    statuses = _summary(folder, "status")
+    return "interrupted" not in statuses and any(status not in COMPLETE for status in statuses)
+
+
+def _summary(folder: Path, column: str) -> list[str]:
+    """Returns a column of the summary; nothing if there is none."""
     try:
-        header, *rows = (folder / RESULTS / "summary.csv").read_text(encoding="utf-8").splitlines()
-        column = header.split(",").index("wall_seconds")
-        return sum(float(row.split(",")[column]) for row in rows)
-    except (OSError, ValueError, IndexError):
-        return 0.0
+        with (folder / RESULTS / "summary.csv").open(encoding="utf-8", newline="") as file:
+            return [row[column] for row in csv.DictReader(file)]
+    except (OSError, KeyError):
+        return []
 
 
 def _now() -> str:

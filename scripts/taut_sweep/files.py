@@ -13,6 +13,11 @@ class SweepError(Exception):
     """What is wrong, in one line that says what to do."""
 
 
+def count_of(number: int, noun: str) -> str:
+    """Returns a number of things."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 @contextmanager
 def whole(path: Path, *, sync: bool = True) -> Iterator[Path]:
     """Gives a temporary path to write to and renames it in the end: no half of a file is ever seen."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from taut_sweep.case_file import Entry, Template
-from taut_sweep.files import SweepError
+from taut_sweep.files import SweepError, count_of
 from taut_sweep.sweep_file import Sweep
 
 DIGITS = 8
@@ -69,6 +69,26 @@ class Plan:
     def first(self, run: Run) -> bool:
         """Returns whether no run before it in the plan is the same."""
         return self._first[run.hash] == run.index
+
+    @property
+    def different(self) -> list[Run]:
+        """The runs without those that are the same as one before."""
+        return [run for run in self.runs if self.first(run)]
+
+    @property
+    def size(self) -> str:
+        """How many runs there are, in words."""
+        different = len(self._first)
+        said = count_of(len(self.runs), "run")
+        return said if different == len(self.runs) else f"{said}, {different} of them different"
+
+    def varies(self, group: str, name: str) -> bool:
+        """Returns whether runs differ in an entry."""
+        return any(
+            (entry.group, entry.name) == (group, name)
+            for parameter in self.sweep.parameters
+            for entry in (*parameter.entries, *map(Entry.read, parameter.also))
+        )
 
     def text(self, run: Run) -> str:
         """Returns the case file of a run."""

@@ -6,20 +6,23 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib import colors, ticker
+from matplotlib import cm, colors, patheffects, ticker
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from taut_report import style
 from taut_report.data import Array
 
-from taut_sweep.collect import TABLE
 from taut_sweep.files import SweepError, whole
+from taut_sweep.store import TABLE, TRAJECTORIES
 from taut_sweep.sweep_file import Plot, Sweep
 
 # Light yellow is lost on white paper.
 MAP = plt.get_cmap("viridis")
 SHADES = colors.LinearSegmentedColormap.from_list("shades", MAP(np.linspace(0.0, 0.88, 256)))
 ENDED = ("reached-end", "stopped-by-event", "")
+# Lines that have room for their names, and cells of a map for a tick each.
+MOST_NAMES = 14
+FEW_CELLS = 8
 # Without dates and versions the same table makes the same files.
 METADATA = {
     "pdf": {"CreationDate": None, "Creator": "taut", "Producer": None},
@@ -47,38 +50,36 @@ class Table:
         """Returns a column of numbers; what is empty is not a number."""
         try:
             return np.array([float(text) if text else np.nan for text in self.text(name)])
-        except ValueError as error:
-            raise SweepError(f"{self._path}: column '{name}': {error}") from None
+        except ValueError:
+            raise SweepError(
+                f"{self._path}: column '{name}' has texts; an axis needs numbers, while 'lines' and 'where' "
+                "take texts too"
+            ) from None
 
     def only(self, rows: list[dict[str, str]]) -> "Table":
         """Returns a table of some of the rows."""
         return Table(self._path, rows, 0)
 
 
-def draw_all(sweep: Sweep, folder: Path, formats: list[str]) -> list[Path]:
-    """Draws the figures of a sweep and returns their paths."""
-    if not sweep.plots:
-        raise SweepError(f"{sweep.path} has no [[plot]]")
-    if not (folder / TABLE).is_file():
-        raise SweepError(f"{folder / TABLE} is missing: scripts/sweep collect {sweep.path} first")
-    paths = []
-    for plot in sweep.plots:
-        style.use()
-        plt.rcParams["svg.hashsalt"] = "taut"
-        table = _read(folder / TABLE, plot)
+def draw(sweep: Sweep, plot: Plot, folder: Path, kind: str) -> Path:
+    """Draws a figure of a sweep and returns its path."""
+    style.use()
+    plt.rcParams["svg.hashsalt"] = "taut"
+    table = _read(folder / (TRAJECTORIES if plot.over_time else TABLE), plot)
+    try:
         figure = _map(plot, table) if plot.z else _lines(plot, table, sweep)
-        for kind in formats:
-            paths.append(folder / f"{plot.name}.{kind}")
-            with whole(paths[-1]) as part:
-                figure.savefig(
-                    part, format=kind, metadata=METADATA[kind], bbox_inches="tight", pad_inches=0.08
-                )
-        plt.close(figure)
-    return paths
+        path = folder / f"{plot.name}.{kind}"
+        with whole(path) as part:
+            figure.savefig(part, format=kind, metadata=METADATA[kind], bbox_inches="tight", pad_inches=0.08)
+    finally:
+        plt.close()
+    return path
 
 
 def _read(path: Path, plot: Plot) -> Table:
     """Returns the rows that a figure shows."""
+    if not path.is_file():
+        raise SweepError(f"{path} is missing; x = 't' needs trajectories = [...] under [collect]")
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     for name, value in plot.where.items():
@@ -131,12 +132,16 @@ def _lines(plot: Plot, table: Table, sweep: Sweep) -> Figure:
     groups: dict[str, list[dict[str, str]]] = {}
     for row, key in zip(table.rows, table.text(by) if by else [""] * len(table.rows), strict=True):
         groups.setdefault(key, []).append(row)
-    shades = _shades(list(groups)) if by != "method" else {}
+    barred = by != "method" and len(groups) > MOST_NAMES and _are_numbers(list(groups))
+    shades = {}
+    if by != "method":
+        shades = _bar(axes, plot, list(groups), by or "") if barred else _shades(list(groups))
+        groups = {key: groups[key] for key in shades}
     labels = []
     for key, rows in groups.items():
         part = table.only(rows)
         x, y = _values(plot, "x", part, plot.x), _values(plot, "y", part, plot.y)
-        if plot.x in sweep.columns:
+        if plot.x in (*sweep.columns, "t"):
             # Over a parameter a line runs from left to right; over a result it follows the runs.
             order = np.argsort(x, kind="stable")
             x, y = x[order], y[order]
@@ -147,10 +152,12 @@ def _lines(plot: Plot, table: Table, sweep: Sweep) -> Figure:
                 )
         if by == "method":
             look = style.method_style(key)
-            keys = look.line(len(x)) | {"markevery": 1}
-            label = look.label
+            keys = look.line(len(x)) | ({} if plot.over_time else {"markevery": 1})
+            # Runs may differ in the gains of a method, so its name is without; labels of one's own stay.
+            label = look.label.partition(" (")[0] if key in style.METHODS else key
         else:
-            keys = {"color": shades[key], "marker": "o", "markersize": 3.2, "linewidth": 1.4}
+            keys = {"color": shades[key], "linewidth": 1.4}
+            keys |= {} if plot.over_time and not plot.points else {"marker": "o", "markersize": 3.2}
             label = _short(key)
         if plot.points:
             keys |= {"linestyle": "none", "markersize": 4}
@@ -158,32 +165,62 @@ def _lines(plot: Plot, table: Table, sweep: Sweep) -> Figure:
         labels.append((x, y, label, keys["color"]))
     for axis in (axes.xaxis, axes.yaxis):
         _plain_ticks(axis)
-    if len(groups) > 1:
+    if len(groups) > 1 and not barred:
         _name(axes, plot, labels, by or "")
     return figure
 
 
 def _short(text: str) -> str:
-    """Returns a number with few digits, and any other text as it is."""
+    """Returns a number with few digits, as the axes write them, and any other text as it is."""
     try:
-        return f"{float(text):g}"
+        digits, _, power = f"{float(text):g}".partition("e")
     except ValueError:
         return text
+    digits = digits.replace("-", "\N{MINUS SIGN}")
+    if not power:
+        return digits
+    power = f"10^{{{int(power)}}}"
+    return f"${power}$" if digits == "1" else rf"{digits}$\times {power}$"
 
 
 def _shades(keys: list[str]) -> dict[str, Any]:
-    """Returns a color for each line: light to dark along numbers, as they grow."""
-    try:
-        order = sorted(keys, key=float)
-    except ValueError:
-        order = keys
+    """Returns a color for each line, sorted: light to dark along numbers, as they grow."""
+    order = sorted(keys, key=float) if _are_numbers(keys) else keys
     return {key: SHADES(1 - i / max(len(order) - 1, 1)) for i, key in enumerate(order)}
 
 
+def _are_numbers(texts: list[str]) -> bool:
+    """Returns whether all texts are numbers."""
+    try:
+        return all(np.isfinite(float(text)) for text in texts)
+    except ValueError:
+        return False
+
+
+def _bar(axes: Axes, plot: Plot, keys: list[str], by: str) -> dict[str, Any]:
+    """Draws a color bar for more lines than have room for their names, and returns their colors."""
+    values = [float(key) for key in keys]
+    low, high = min(values), max(values)
+    norm = colors.LogNorm(low, high) if 0 < 100 * low <= high else colors.Normalize(low, high)
+    scale = cm.ScalarMappable(norm, SHADES.reversed())
+    bar = axes.figure.colorbar(scale, ax=axes, label=plot.labels.get("lines", by), pad=0.02)
+    bar.outline.set_visible(False)
+    return {
+        key: scale.to_rgba(value)
+        for key, value in sorted(zip(keys, values, strict=True), key=lambda pair: pair[1])
+    }
+
+
 def _name(axes: Axes, plot: Plot, labels: list[tuple[Array, Array, str, Any]], by: str) -> None:
-    """Writes the lines' names: methods in a legend, numbers at the ends of their lines."""
-    if by == "method" or plot.points or len(labels) > 14:
+    """Writes the lines' names: methods and texts in a legend, numbers at the ends of their lines."""
+    title = plot.labels.get("lines", by)
+    names = [label for _, _, label, _ in labels]
+    if by == "method":
         axes.legend(loc="best", title=plot.labels.get("lines"), handlelength=3.2)
+        return
+    if plot.points or len(labels) > MOST_NAMES:
+        # Beside the axes, where it covers nothing.
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title=title, ncols=-(-len(names) // 20))
         return
     axes.figure.canvas.draw()
     ends = [(x[np.isfinite(y)][-1:], y[np.isfinite(y)][-1:]) for x, y, _, _ in labels]
@@ -193,7 +230,7 @@ def _name(axes: Axes, plot: Plot, labels: list[tuple[Array, Array, str, Any]], b
     for height, (_, _, label, color) in zip(heights, labels, strict=True):
         axes.annotate(label, (1.01, height), xycoords="axes fraction", color=color, va="center", fontsize=9)
     axes.annotate(
-        plot.labels.get("lines", plot.lines or ""),
+        title,
         (1.01, max(heights) + 0.06),
         xycoords="axes fraction",
         va="center",
@@ -222,11 +259,26 @@ def _map(plot: Plot, table: Table) -> Figure:
         grid[places] = z
         edges = (_edges(xs, "x" in plot.log), _edges(ys, "y" in plot.log))
         shown = axes.pcolormesh(*edges, grid, cmap=MAP, norm=norm, rasterized=True)
+        for at, axis in ((xs, axes.xaxis), (ys, axes.yaxis)):
+            if len(at) <= FEW_CELLS:
+                axis.set_major_locator(ticker.FixedLocator(at))
+                axis.set_major_formatter(ticker.FixedFormatter([_short(str(value)) for value in at]))
+                axis.set_minor_locator(ticker.NullLocator())
         if plot.contours:
-            levels = [level for level in plot.contours if low < level < high]
+            levels = sorted(level for level in plot.contours if low < level < high)
+            if not levels:
+                raise SweepError(
+                    f"'{plot.name}': no contour is between {low:g} and {high:g}, where {plot.z} is"
+                )
             lines = axes.contour(xs, ys, grid, levels=levels, colors="white", linewidths=0.9)
-            axes.clabel(lines, fmt=lambda level: f"{level:g}", fontsize=8)
+            texts = axes.clabel(lines, fmt=lambda level: _short(str(level)), fontsize=8)
+            # A dark edge, for the lightest colors are almost white.
+            edge = [patheffects.withStroke(linewidth=2.2, foreground="#1f2937")]
+            for drawn in (lines, *texts):
+                drawn.set_path_effects(edge)
     else:
+        if plot.contours:
+            raise SweepError(f"'{plot.name}': contours need a grid of {plot.x} and {plot.y}; leave them out")
         shown = axes.scatter(x, y, c=z, cmap=MAP, norm=norm, s=26, edgecolors="white", linewidths=0.4)
     axes.grid(False)
     bar = figure.colorbar(shown, ax=axes, label=plot.labels.get("z", plot.z), pad=0.02)
@@ -239,7 +291,11 @@ def _map(plot: Plot, table: Table) -> Figure:
 def _plain_ticks(axis: Any) -> None:
     """Writes the ticks of less than two decades as plain numbers."""
     low, high = axis.get_view_interval()
-    if axis.get_scale() == "log" and high < 100 * low:
+    if (
+        axis.get_scale() == "log"
+        and not isinstance(axis.get_major_locator(), ticker.FixedLocator)
+        and high < 100 * low
+    ):
         axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
         axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
         axis.set_minor_formatter(ticker.NullFormatter())

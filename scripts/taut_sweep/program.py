@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +15,10 @@ from taut_sweep.files import SweepError
 
 # The systems are small: more threads would cost time and make the last digits vary.
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
+# A build that takes longer is announced [s].
+SILENCE = 2.0
 
 
 @dataclass(frozen=True)
@@ -90,9 +95,14 @@ def _built(app: str, fpm: str) -> Path:
     """Builds a program of the repository if need be, and returns where fpm puts it."""
     # fpm itself tells, for a build folder may hold programs made with several sets of flags.
     command = [fpm, "run", app, "--profile", "release", "--runner", "echo"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise SweepError(
-            f"the build of {app} failed: {last_line(done.stdout + done.stderr, done.returncode)}"
-        )
-    return ROOT / done.stdout.strip().splitlines()[-1].strip()
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as build:
+        try:
+            out, said = build.communicate(timeout=SILENCE)
+        except subprocess.TimeoutExpired:
+            print(f"sweep: building {app}", file=sys.stderr, flush=True)
+            out, said = build.communicate()
+    if build.returncode != 0:
+        raise SweepError(f"the build of {app} failed: {last_line(out + said, build.returncode)}")
+    return ROOT / out.strip().splitlines()[-1].strip()

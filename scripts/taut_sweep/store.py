@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from taut_sweep.files import read_json, whole, write_json
+from taut_sweep.files import SweepError, read_json, whole, write_json
 from taut_sweep.plan import Plan, Run
 from taut_sweep.program import Program
 
@@ -19,8 +19,15 @@ LOCK = "lock"
 LOG = "stderr.log"
 # The program writes its results to a folder of the case's name.
 RESULTS = "case"
+# What is made of all runs.
+TABLE = "table.csv"
+TIMING = "timing.csv"
+TRAJECTORIES = "trajectories.csv"
 CHECKPOINT = f"{RESULTS}/checkpoint.taut"
-STATES = ("done", "running", "failed", "killed", "interrupted", "missing")
+# An integration that ended early would end there again: its results are as good as any.
+ENDED_EARLY = "ended early"
+FINISHED = ("done", ENDED_EARLY)
+STATES = (*FINISHED, "running", "failed", "killed", "interrupted", "missing")
 
 
 class Store:
@@ -37,8 +44,17 @@ class Store:
         said = read_json(self.root / "program.json")
         return Program(Path(said["path"]), said["version"]) if said else None
 
+    def check_owner(self, sweep: Path) -> None:
+        """Refuses a folder that belongs to another sweep file of the same name."""
+        owner = (read_json(self.root / "program.json") or {}).get("sweep")
+        # One that is no longer there was moved, and this is it.
+        if owner and Path(owner).exists() and not Path(owner).samefile(sweep):
+            raise SweepError(
+                f"{self.root} belongs to {owner}; rename {sweep.name}, or take another folder with --results"
+            )
+
     def prepare(self, plan: Plan, program: Program) -> Program:
-        """Makes the folders, copies the program and puts folders of earlier plans in order; returns the copy.
+        """Makes the sweep's folder and copies the program to it; returns the copy.
 
         The copy outlives builds that happen while the sweep runs, and the nodes of a cluster find it.
         """
@@ -49,17 +65,42 @@ class Store:
             with whole(own) as part:
                 shutil.copy(program.path, part)
         copied = Program(own.resolve(), program.version)
-        if self.program() != copied:
-            write_json(self.root / "program.json", {"path": str(copied.path), "version": copied.version})
-        self.scan()
-        for run in plan.runs:
-            name = self._names.get(run.id)
-            if name and name != run.name:
-                with lock(self.runs / name) as held:
-                    if held is not None:
-                        os.rename(self.runs / name, self.runs / run.name)
-                        self._names[run.id] = run.name
+        facts = {
+            "path": str(copied.path),
+            "version": copied.version,
+            "sweep": str(plan.sweep.path.resolve()),
+        }
+        if read_json(self.root / "program.json") != facts:
+            write_json(self.root / "program.json", facts)
         return copied
+
+    @contextmanager
+    def at_work(self, runs: list[Run]) -> Iterator[None]:
+        """Makes the folders of some runs, and keeps all folders' names as they are for as long as it lasts.
+
+        The index in a name is that of the latest plan. While another process works on the sweep nothing is
+        renamed: its plan may be another one, but both find a run by its hash, whatever its index.
+        """
+        with _opened(self.root / "folders.lock") as making, _opened(self.root / "work.lock") as working:
+            fcntl.flock(making, fcntl.LOCK_EX)
+            alone = _locked(working, fcntl.LOCK_EX)
+            self.scan()
+            for run in runs:
+                name = self._names.setdefault(run.id, run.name)
+                if alone and name != run.name and self._renamed(name, run.name):
+                    self._names[run.id] = run.name
+                self.folder(run).mkdir(exist_ok=True)
+            fcntl.flock(working, fcntl.LOCK_SH)
+            fcntl.flock(making, fcntl.LOCK_UN)
+            yield
+
+    def _renamed(self, name: str, new: str) -> bool:
+        """Renames a folder unless its program still runs or the name is taken."""
+        with lock(self.runs / name) as held:
+            if held is None or (self.runs / new).exists():
+                return False
+            os.rename(self.runs / name, self.runs / new)
+            return True
 
     def scan(self) -> None:
         """Looks once which folders there are, instead of once a run."""
@@ -67,7 +108,19 @@ class Store:
             names = sorted(entry.name for entry in os.scandir(self.runs))
         except FileNotFoundError:
             names = []
-        self._names = {name.rpartition("-")[2]: name for name in names}
+        self._names = {}
+        for name in names:
+            known = self._names.setdefault(name.rpartition("-")[2], name)
+            # Of two of the same hash the one that is further.
+            if known != name and self._progress(name) > self._progress(known):
+                self._names[name.rpartition("-")[2]] = name
+
+    def _progress(self, name: str) -> int:
+        """Returns how far a folder is: finished, running, begun, or not."""
+        record = read_json(self.runs / name / RECORD)
+        if record and record.get("state") in FINISHED:
+            return 3
+        return 2 if is_locked(self.runs / name) else int(record is not None)
 
     def others(self, plan: Plan) -> int:
         """Returns how many folders are of no run of the plan."""
@@ -79,21 +132,32 @@ class Store:
 
 
 @contextmanager
+def _opened(path: Path) -> Iterator[int]:
+    """Opens a file to be locked; closing it drops the lock."""
+    handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        yield handle
+    finally:
+        os.close(handle)
+
+
+def _locked(handle: int, kind: int) -> bool:
+    """Locks an open file if no other process keeps it from that; returns whether it did."""
+    try:
+        fcntl.flock(handle, kind | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+@contextmanager
 def lock(folder: Path) -> Iterator[int | None]:
     """Holds the lock of a run's folder, or gives None if another process does.
 
     The kernel drops it when the last process that has it open ends: this one and the program it starts.
     """
-    handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            yield None
-        else:
-            yield handle
-    finally:
-        os.close(handle)
+    with _opened(folder / LOCK) as handle:
+        yield handle if _locked(handle, fcntl.LOCK_EX) else None
 
 
 def is_locked(folder: Path) -> bool:

@@ -1,5 +1,6 @@
 """Sweep files: which entries of which case vary, and what is made of the results."""
 
+import math
 import re
 import tomllib
 from dataclasses import dataclass, field
@@ -9,9 +10,15 @@ from typing import Any
 from taut_sweep.case_file import Entry, check_value
 from taut_sweep.files import SweepError
 from taut_sweep.slurm import check_table
-from taut_sweep.values import KINDS, Row, values_of
+from taut_sweep.values import KINDS, LIMIT, Row, values_of
 
 PLOT_KEYS = ("name", "title", "x", "y", "z", "lines", "points", "contours", "log", "where", "labels")
+# Columns that the tables of an app that integrates have anyway.
+TAKEN = (
+    *("run", "case", "method", "t", "status", "t_end", "steps", "rejected", "rhs_evaluations"),
+    *("projection_iterations", "max_phi", "max_phidot", "max_phiddot", "energy_drift", "min_rank"),
+    "wall_seconds",
+)
 TAKES = ("max", "min", "abs-max", "max-change", "mean", "final")
 
 
@@ -52,6 +59,16 @@ class Plot:
     where: dict[str, Any]
     labels: dict[str, str]
     title: str
+
+    @property
+    def over_time(self) -> bool:
+        """Whether it is drawn from the trajectories and not from the table."""
+        return self.x == "t"
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns that it needs."""
+        return [name for name in (self.x, self.y, self.z, self.lines, *self.where) if name]
 
 
 @dataclass(frozen=True)
@@ -124,14 +141,16 @@ def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
     parameters = [_parameter(block, f"[[parameter]] {i}", path) for i, block in enumerate(blocks, start=1)]
     names = [name for parameter in parameters for name in parameter.names]
     for name in names:
-        if names.count(name) > 1 or name in ("run", "method"):
+        if names.count(name) > 1 or name in TAKEN:
             raise SweepError(f"the name '{name}' of a parameter is taken; give another with 'name'")
     if combine == "zip" and len({len(parameter.rows) for parameter in parameters}) > 1:
         lengths = ", ".join(f"{parameter.names[0]} {len(parameter.rows)}" for parameter in parameters)
         raise SweepError(f"combine = 'zip' needs equally many values of all parameters; there are {lengths}")
+    if combine == "grid" and (number := math.prod(len(parameter.rows) for parameter in parameters)) > LIMIT:
+        raise SweepError(f"the grid has {number} runs; a sweep has {LIMIT} at most")
     options = _take(table, "slurm", dict, "the sweep file", {})
     check_table(options)
-    quantities, trajectories = _collect(_take(table, "collect", dict, "the sweep file", {}))
+    quantities, trajectories = _collect(_take(table, "collect", dict, "the sweep file", {}), names)
     return Sweep(
         path=path,
         app=_take(table, "app", str, "the sweep file", path.resolve().parent.name),
@@ -154,7 +173,8 @@ def _parameter(block: dict[str, Any], where: str, path: Path) -> Parameter:
     _known(block, (*keys, *KINDS), where)
     kinds = [kind for kind in KINDS if kind in block]
     if len(kinds) != 1:
-        raise SweepError(f"{where} needs one of {', '.join(KINDS)}")
+        there = f"; there are {' and '.join(kinds)}" if kinds else ""
+        raise SweepError(f"{where} needs one of {', '.join(KINDS)}{there}")
     if several:
         texts = _list(block, "entries", str, where)
         names = _list(block, "names", str, where) or texts
@@ -176,16 +196,21 @@ def _parameter(block: dict[str, Any], where: str, path: Path) -> Parameter:
         isinstance(row[0], bool) or not isinstance(row[0], int | float) for row in rows
     ):
         raise SweepError(f"{where}: 'also' multiplies numbers alone")
+    for number, text in enumerate(texts):
+        if Entry.read(text).name == "label" and not all(isinstance(row[number], str) for row in rows):
+            raise SweepError(f"{where}: '{text}' is a text; write its values in quotation marks")
     return Parameter([Entry.read(text) for text in texts], names, rows, also)
 
 
-def _collect(table: dict[str, Any]) -> tuple[list[Quantity], list[str]]:
+def _collect(table: dict[str, Any], parameters: list[str]) -> tuple[list[Quantity], list[str]]:
     """Reads [collect]: the columns of trajectories to be joined, and quantities made of columns."""
     quantities = []
     for name, spec in table.items():
         if name == "trajectories":
             continue
         where = f"[collect] {name}"
+        if name in parameters or name in TAKEN:
+            raise SweepError(f"{where}: the name is that of another column of the table; give another")
         if not isinstance(spec, dict):
             raise SweepError(f"{where} needs a table with column, take, from, to")
         _known(spec, ("column", "take", "from", "to"), where)
@@ -194,8 +219,14 @@ def _collect(table: dict[str, Any]) -> tuple[list[Quantity], list[str]]:
             raise SweepError(f"{where}: take = '{take}' is not known; there are {', '.join(TAKES)}")
         start = _take(spec, "from", float, where, float("-inf"))
         end = _take(spec, "to", float, where, float("inf"))
+        if not start <= end:
+            raise SweepError(f"{where}: from = {start} is later than to = {end}")
         quantities.append(Quantity(name, _take(spec, "column", str, where), take, start, end))
-    return quantities, _list(table, "trajectories", str, "[collect]")
+    trajectories = _list(table, "trajectories", str, "[collect]")
+    for name in trajectories:
+        if trajectories.count(name) > 1 or name in (*parameters, "run", "method", "t"):
+            raise SweepError(f"[collect] trajectories: the table has another column '{name}'")
+    return quantities, trajectories
 
 
 def _plot(block: dict[str, Any], where: str) -> Plot:
@@ -207,6 +238,9 @@ def _plot(block: dict[str, Any], where: str) -> Plot:
     z, lines = (_take(block, key, str, where, None) for key in ("z", "lines"))
     if z and lines:
         raise SweepError(f"{where} has 'lines' and 'z'; a map has no lines")
+    contours = _list(block, "contours", int | float, where)
+    if contours and not z:
+        raise SweepError(f"{where} has 'contours' but no 'z'; only a map has contours")
     log = _list(block, "log", str, where)
     _known(dict.fromkeys(log), ("x", "y", "z"), f"'log' of {where}")
     labels = _take(block, "labels", dict, where, {})
@@ -218,7 +252,7 @@ def _plot(block: dict[str, Any], where: str) -> Plot:
         z=z,
         lines=lines,
         points=_take(block, "points", bool, where, False),
-        contours=_list(block, "contours", int | float, where),
+        contours=contours,
         log=log,
         where=_take(block, "where", dict, where, {}),
         labels=labels,

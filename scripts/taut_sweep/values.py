@@ -11,11 +11,15 @@ from taut_sweep.case_file import check_value
 from taut_sweep.files import SweepError
 
 Row = list[Any]
+# More runs than anyone means.
+LIMIT = 1_000_000
 
 
 def listed(spec: Any, width: int, _folder: Path) -> list[Row]:
     """A list of values; of lists with one value for each entry if there are several entries."""
-    if not isinstance(spec, list) or not spec:
+    if not isinstance(spec, list):
+        raise SweepError(f"'list' needs a list of values, as in list = [{spec}]")
+    if not spec:
         raise SweepError("'list' is empty; give it one value or more")
     if width == 1:
         return [[value] for value in spec]
@@ -30,16 +34,24 @@ def spaced(spec: Any, width: int, _folder: Path) -> list[Row]:
     table = _table("range", spec, ("start", "stop", "step", "count"))
     start, stop = (_number("range", table, key) for key in ("start", "stop"))
     if ("step" in table) == ("count" in table):
-        raise SweepError("'range' needs either 'step' or 'count'")
+        raise SweepError("'range' needs either 'step' or 'count', and not both")
     low, high = Fraction(repr(start)), Fraction(repr(stop))
     if "count" in table:
         count = _count("range", table)
+        _check_ends("range", count, start, stop)
         step = (high - low) / max(count - 1, 1)
     else:
         step = Fraction(repr(_number("range", table, "step")))
         if step == 0 or (high - low) / step < 0:
             raise SweepError(f"'range' does not lead from {start} to {stop} by steps of {table['step']}")
         count = int((high - low) / step) + 1
+        if count > LIMIT:
+            raise SweepError(f"'range' makes {count} values; a sweep has {LIMIT} runs at most")
+        if (last := low + (count - 1) * step) != high:
+            raise SweepError(
+                f"'range' does not end at stop = {stop} but at {float(last):g}; "
+                "give that as 'stop', or 'count' instead of 'step'"
+            )
     whole = all(isinstance(table[key], int) for key in ("start", "stop", "step") if key in table)
     values = [low + i * step for i in range(count)]
     whole = whole and all(value.denominator == 1 for value in values)
@@ -51,6 +63,7 @@ def log_spaced(spec: Any, width: int, _folder: Path) -> list[Row]:
     table = _table("log_range", spec, ("start", "stop", "count"))
     low, high = (math.log10(_positive("log_range", table, key)) for key in ("start", "stop"))
     count = _count("log_range", table)
+    _check_ends("log_range", count, low, high)
     return [[_tidy(10 ** (low + (high - low) * i / max(count - 1, 1)))] * width for i in range(count)]
 
 
@@ -143,7 +156,15 @@ def _count(kind: str, table: dict[str, Any]) -> int:
     value = table.get("count")
     if isinstance(value, bool) or not isinstance(value, int) or value < 1:
         raise SweepError(f"'{kind}' needs a whole number of one or more for 'count'")
+    if value > LIMIT:
+        raise SweepError(f"'{kind}' makes {value} values; a sweep has {LIMIT} runs at most")
     return value
+
+
+def _check_ends(kind: str, count: int, start: float, stop: float) -> None:
+    """Refuses a single value that is to be at both ends."""
+    if count == 1 and start != stop:
+        raise SweepError(f"'{kind}' with count = 1 leaves out 'stop'; write list = [...] for a single value")
 
 
 def _tidy(value: float) -> float:
@@ -194,9 +215,19 @@ def _quantile(kind: str, given: dict[str, Any]) -> Quantile:
     table = dict(zip("ab", ends, strict=True))
     if name == "log_uniform":
         low, high = (math.log(_positive(name, table, key)) for key in "ab")
+        _check_order(name, ends, low < high)
         return lambda u: math.e ** (low + (high - low) * u)
     a, b = (_number(name, table, key) for key in "ab")
+    if name == "normal" and b <= 0:
+        raise SweepError(f"normal = {ends}: the deviation must be greater than zero")
+    _check_order(name, ends, name == "normal" or a < b)
     return (lambda u: a + (b - a) * u) if name == "uniform" else (lambda u: a + b * ndtri(u))
+
+
+def _check_order(name: str, ends: list[float], good: bool) -> None:
+    """Refuses an interval whose ends are not in order."""
+    if not good:
+        raise SweepError(f"{name} = {ends}: the low end must be less than the high end")
 
 
 def _spread(samples: Any, maps: list[Quantile], width: int) -> list[Row]:

@@ -52,7 +52,7 @@ def test_ranges_have_the_numbers_that_one_would_write(tmp_path: Path) -> None:
     assert values(tmp_path, "log_range = { start = 1e-2, stop = 1e-12, count = 11 }") == [
         float(f"1e-{i}") for i in range(2, 13)
     ]
-    steps = values(tmp_path, "range = { start = 2, stop = 9, step = 3 }")
+    steps = values(tmp_path, "range = { start = 2, stop = 8, step = 3 }")
     assert steps == [2, 5, 8] and all(isinstance(step, int) for step in steps)
 
 
@@ -119,6 +119,12 @@ def test_whole_arrays_and_entries_that_move_along(tmp_path: Path) -> None:
     assert [case["integration"]["atol"] for case in cases(tmp_path, text)] == [1e-6, 7e-4]
 
 
+def test_a_group_that_the_case_leaves_out_is_added(tmp_path: Path) -> None:
+    text = '[fixed]\n"output.dt" = 0.5\n[[parameter]]\nentry = "output.columns"\nlist = ["x", "z"]\n'
+    found = cases(tmp_path, text)
+    assert [case["output"] for case in found] == [{"dt": 0.5, "columns": name} for name in ("x", "z")]
+
+
 def test_doubles_are_exact(tmp_path: Path) -> None:
     odd = [0.1, 1 / 3, 5e-324, 1.7976931348623157e308, 1e22, 123456789.12345679]
     texts = ", ".join(map(repr, odd))
@@ -160,7 +166,63 @@ WRONG = {
         "swing.elements 2",
     ),
     "unknown combination": (START + 'combine = "mesh"\n' + ONE + "list = [1]", "mesh", "zip"),
-    "unknown group": (START + '[[parameter]]\nentry = "swinge.force"\nlist = [1]', "swinge", "&swing"),
+    "unknown group of several": (
+        START + '[[parameter]]\nentry = "swinge[1].force"\nlist = [1]',
+        "swinge",
+        "&swing",
+    ),
+    "no list": (START + ONE + "list = 1.0", "list = [1.0]"),
+    "list and range": (
+        START + ONE + "list = [1]\nrange = { start = 1, stop = 2, count = 2 }",
+        "list and range",
+    ),
+    "step and count": (START + ONE + "range = { start = 1, stop = 2, step = 1, count = 2 }", "not both"),
+    "too long a range": (
+        START + ONE + "range = { start = 0, stop = 1, step = 1e-12 }",
+        "1000000000001",
+        "1000000 ",
+    ),
+    "too many samples": (START + ONE + "log_range = { start = 1, stop = 2, count = 1000001 }", "1000001"),
+    "too large a grid": (
+        START
+        + ONE
+        + "range = { start = 1, stop = 1001, step = 1 }\n"
+        + '[[parameter]]\nentry = "swing.elements"\nrange = { start = 1, stop = 1000, step = 1 }',
+        "1001000 runs",
+    ),
+    "stop left out": (START + ONE + "range = { start = 0, stop = 1, step = 0.3 }", "stop = 1", "0.9"),
+    "stop left out of one": (START + ONE + "range = { start = 0, stop = 1, count = 1 }", "count = 1"),
+    "interval turned round": (
+        START + ONE + "random = { count = 3, seed = 1, uniform = [1, 0] }",
+        "uniform = [1, 0]",
+    ),
+    "negative deviation": (START + ONE + "random = { count = 3, seed = 1, normal = [1, -1] }", "deviation"),
+    "window turned round": (
+        START + ONE + 'list = [1]\n[collect]\nq = { column = "x", take = "max", from = 2, to = 1 }',
+        "[collect] q",
+        "later",
+    ),
+    "quantity named like a parameter": (
+        START + ONE + 'name = "a"\nlist = [1]\n[collect]\na = { column = "x", take = "max" }',
+        "[collect] a",
+        "another column",
+    ),
+    "quantity named like a column": (
+        START + ONE + 'list = [1]\n[collect]\nsteps = { column = "x", take = "max" }',
+        "[collect] steps",
+        "another column",
+    ),
+    "parameter named like a column": (START + ONE + 'name = "t_end"\nlist = [1]', "'t_end'", "taken"),
+    "trajectory named like a parameter": (
+        START + ONE + 'name = "x"\nlist = [1]\n[collect]\ntrajectories = ["x"]',
+        "another column 'x'",
+    ),
+    "numbers as labels": (START + '[[parameter]]\nentry = "method[1].label"\nlist = [1]', "quotation marks"),
+    "contours of lines": (
+        START + ONE + 'list = [1]\n[[plot]]\nname = "p"\nx = "x"\ny = "y"\ncontours = [1]',
+        "[[plot]] 1",
+        "map",
+    ),
     "no index": (START + '[[parameter]]\nentry = "method.alpha"\nlist = [1]', "2 groups", "method[present]"),
     "unknown label": (START + '[[parameter]]\nentry = "method[hard].alpha"\nlist = [1]', "hard", "2 soft"),
     "no entry": (START + '[[parameter]]\nentry = "rtol"\nlist = [1]', "'rtol'", "group.entry"),

@@ -37,8 +37,9 @@ def sweep(folder: Path, block: str) -> sweep_file.Sweep:
 
 def draw(folder: Path, block: str, monkeypatch: pytest.MonkeyPatch) -> Figure:
     kept: list[Figure] = []
-    monkeypatch.setattr(plots.plt, "close", kept.append)
-    plots.draw_all(sweep(folder, block), folder, ["png"])
+    monkeypatch.setattr(plots.plt, "close", lambda: kept.append(plt.gcf()))
+    read = sweep(folder, block)
+    plots.draw(read, read.plots[0], folder, "png")
     monkeypatch.undo()
     plt.close("all")
     return kept[0]
@@ -73,7 +74,7 @@ def test_a_map_has_each_value_in_its_cell(tmp_path: Path, monkeypatch: pytest.Mo
 @pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
 def test_the_same_table_makes_the_same_file(tmp_path: Path, kind: str) -> None:
     read = sweep(tmp_path, 'x = "a"\ny = "q"\nwhere = { b = 10 }')
-    first, second = (plots.draw_all(read, tmp_path, [kind])[0].read_bytes() for _ in range(2))
+    first, second = (plots.draw(read, read.plots[0], tmp_path, kind).read_bytes() for _ in range(2))
     assert first == second and len(first) > 5000
 
 
@@ -81,16 +82,20 @@ def test_the_same_table_makes_the_same_file(tmp_path: Path, kind: str) -> None:
     ("block", "parts"),
     [
         ('x = "c"\ny = "q"', ("no column 'c'", "it has run, a, b")),
-        ('x = "a"\ny = "method"', ("column 'method'",)),
+        ('x = "a"\ny = "method"', ("column 'method' has texts", "'lines'")),
+        ('x = "a"\ny = "b"\nz = "q"\nwhere = { method = "present" }\ncontours = [1.0]', ("no contour", "q")),
+        ('x = "work"\ny = "q"\nz = "a"\nwhere = { run = 1 }\ncontours = [1.0]', ("contours need a grid",)),
+        ('x = "t"\ny = "q"', ("trajectories.csv", "[collect]")),
         ('x = "a"\ny = "q"', ("several rows have the same a", "where")),
         ('x = "a"\ny = "b"\nz = "q"', ("several rows", "where")),
         ('x = "a"\ny = "q"\nwhere = { b = 11 }', ("no row", "figure")),
     ],
 )
 def test_what_cannot_be_drawn_is_told_in_one_line(tmp_path: Path, block: str, parts: tuple[str, ...]) -> None:
+    read = sweep(tmp_path, block)
     with pytest.raises(SweepError) as caught:
-        plots.draw_all(sweep(tmp_path, block), tmp_path, ["png"])
-    plt.close("all")
+        plots.draw(read, read.plots[0], tmp_path, "png")
+    assert not plt.get_fignums()
     assert "\n" not in str(caught.value)
     for part in parts:
         assert part in str(caught.value)

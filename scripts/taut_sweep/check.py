@@ -1,0 +1,106 @@
+"""What is known before the runs: whether the program takes the case, and which columns will come of it."""
+
+import csv
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+
+import f90nml
+
+from taut_sweep.collect import APART, check_names, last_file
+from taut_sweep.files import SweepError
+from taut_sweep.plan import Plan
+from taut_sweep.program import ONE_THREAD, Program, check_case
+from taut_sweep.store import CASE, RESULTS
+from taut_sweep.sweep_file import Sweep
+
+# A trial that takes longer is given up [s].
+TRIAL = 30.0
+
+
+def check(plan: Plan, program: Program) -> None:
+    """Refuses what the program has against the first case, and columns that its results will not have.
+
+    So a misspelt entry is said once and not by each run, and a misspelt column before all runs and not after.
+    """
+    sweep = plan.sweep
+    text = plan.text(plan.runs[0])
+    if said := check_case(program.path, text, sweep.options):
+        raise SweepError(f"{sweep.path}: run 1 is refused: {said}")
+    if sweep.quantities or sweep.trajectories or sweep.plots:
+        case = f90nml.reads(text)
+        _check_windows(plan, case)
+        with tempfile.TemporaryDirectory() as folder:
+            _try(program, case, Path(folder))
+            _check_columns(sweep, Path(folder) / RESULTS)
+
+
+def _check_windows(plan: Plan, case: f90nml.Namelist) -> None:
+    """Refuses a window in time that the runs do not reach."""
+    end = case.get("integration", {}).get("t_end")
+    if not isinstance(end, int | float) or plan.varies("integration", "t_end"):
+        return
+    for quantity in plan.sweep.quantities:
+        if quantity.start > end:
+            raise SweepError(
+                f"{plan.sweep.path}: [collect] {quantity.name}: "
+                f"from = {quantity.start} is after the end, t_end = {end}"
+            )
+
+
+def _try(program: Program, case: f90nml.Namelist, folder: Path) -> None:
+    """Runs a case for one step; whatever this comes to, the columns are known if there are any."""
+    short = f90nml.Namelist(case)
+    short["integration"] = f90nml.Namelist(case.get("integration", {}), max_steps=1)
+    if check_case(program.path, str(short)) is not None:
+        # A program that does not integrate has no such group, and is short.
+        short = case
+    (folder / CASE).write_text(f"{short}\n", encoding="utf-8")
+    command = [program.path, CASE, "--out", ".", "--quiet"]
+    try:
+        subprocess.run(
+            command, cwd=folder, capture_output=True, env=os.environ | ONE_THREAD, timeout=TRIAL, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return
+
+
+def _check_columns(sweep: Sweep, results: Path) -> None:
+    """Refuses columns that the results of a trial do not have."""
+    source = last_file(results)
+    if source is None:
+        return
+    with source.open(encoding="utf-8", newline="") as file:
+        rows = csv.DictReader(file)
+        header = list(rows.fieldnames or [])
+        methods = [row.get("method", "") for row in rows]
+    check_names(sweep, header)
+    wanted = {f"[collect] {quantity.name}": quantity.column for quantity in sweep.quantities}
+    wanted |= {f"[collect] trajectories, {name}": name for name in sweep.trajectories}
+    if wanted and "method" not in header:
+        raise SweepError(
+            f"{sweep.path}: [collect]: {sweep.app} writes no trajectories; its table has {', '.join(header)}"
+        )
+    for method in methods if wanted else []:
+        path = results / f"{method}.csv"
+        if not path.is_file():
+            continue
+        with path.open(encoding="utf-8") as file:
+            columns = file.readline().rstrip("\n").split(",")
+        for where, column in wanted.items():
+            if column not in columns:
+                raise SweepError(
+                    f"{sweep.path}: {where}: '{method}' has no column '{column}'; it has {', '.join(columns)}"
+                )
+    table = ["run", *sweep.columns, *(name for name in header if name not in APART)]
+    table += [quantity.name for quantity in sweep.quantities]
+    over_time = ["run", *sweep.columns, "method", "t", *sweep.trajectories]
+    for plot in sweep.plots:
+        columns = over_time if plot.over_time else table
+        for name in plot.columns:
+            if name not in columns:
+                raise SweepError(
+                    f"{sweep.path}: [[plot]] {plot.name}: there is no column '{name}'; "
+                    f"there are {', '.join(columns)}"
+                )
