@@ -173,9 +173,15 @@ def _lines(plot: Plot, table: Table, sweep: Sweep) -> Figure:
 def _short(text: str) -> str:
     """Returns a number with few digits, as the axes write them, and any other text as it is."""
     try:
-        digits, _, power = f"{float(text):g}".partition("e")
+        value = float(text)
     except ValueError:
         return text
+    digits = f"{value:g}"
+    if value != 0 and not 1e-3 <= abs(value) < 1e5:
+        # The same digits as a power of ten, whichever way %g chose.
+        digits = f"{float(digits):e}"
+    mantissa, _, power = digits.partition("e")
+    digits = f"{float(mantissa):g}"
     digits = digits.replace("-", "\N{MINUS SIGN}")
     if not power:
         return digits
@@ -270,10 +276,12 @@ def _map(plot: Plot, table: Table) -> Figure:
                 raise SweepError(
                     f"'{plot.name}': no contour is between {low:g} and {high:g}, where {plot.z} is"
                 )
-            lines = axes.contour(xs, ys, grid, levels=levels, colors="white", linewidths=0.9)
+            lines = axes.contour(
+                xs, ys, grid, levels=levels, colors="white", linewidths=0.9, linestyles="solid"
+            )
             texts = axes.clabel(lines, fmt=lambda level: _short(str(level)), fontsize=8)
             # A dark edge, for the lightest colors are almost white.
-            edge = [patheffects.withStroke(linewidth=2.2, foreground="#1f2937")]
+            edge = [patheffects.withStroke(linewidth=1.7, foreground="#1f2937")]
             for drawn in (lines, *texts):
                 drawn.set_path_effects(edge)
     else:

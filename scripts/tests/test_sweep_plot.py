@@ -35,14 +35,18 @@ def sweep(folder: Path, block: str) -> sweep_file.Sweep:
     return sweep_file.read(folder / "sweep.toml")
 
 
-def draw(folder: Path, block: str, monkeypatch: pytest.MonkeyPatch) -> Figure:
+def drawn(read: sweep_file.Sweep, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Figure:
+    """Draws the first figure of a sweep and keeps it."""
     kept: list[Figure] = []
     monkeypatch.setattr(plots.plt, "close", lambda: kept.append(plt.gcf()))
-    read = sweep(folder, block)
     plots.draw(read, read.plots[0], folder, "png")
     monkeypatch.undo()
     plt.close("all")
     return kept[0]
+
+
+def draw(folder: Path, block: str, monkeypatch: pytest.MonkeyPatch) -> Figure:
+    return drawn(sweep(folder, block), folder, monkeypatch)
 
 
 def test_a_line_for_each_method_in_its_style(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,3 +104,72 @@ def test_what_cannot_be_drawn_is_told_in_one_line(tmp_path: Path, block: str, pa
     for part in parts:
         assert part in str(caught.value)
     assert not list(tmp_path.glob("*.png"))
+
+
+@pytest.mark.parametrize(
+    ("text", "short"),
+    [
+        ("0.30000000000000004", "0.3"),
+        ("-2.5", "\N{MINUS SIGN}2.5"),
+        ("1e-05", "$10^{-5}$"),
+        ("0.0001", "$10^{-4}$"),
+        ("250000.0", r"2.5$\times 10^{5}$"),
+        ("-1e-6", "\N{MINUS SIGN}1$\\times 10^{-6}$"),
+        ("0", "0"),
+        ("inf", "inf"),
+        ("beam", "beam"),
+    ],
+)
+def test_numbers_are_short(text: str, short: str) -> None:
+    assert plots._short(text) == short
+
+
+def many(folder: Path, names: list[str], column: str) -> sweep_file.Sweep:
+    """Returns a sweep of one figure, with a line for each of some values."""
+    block = f'x = "a"\ny = "q"\nlines = "{column}"'
+    read = sweep(folder, block)
+    rows = [f"{i},{a},{name},x,reached-end,1,{a}" for i, name in enumerate(names) for a in (1, 2)]
+    (folder / "table.csv").write_text("\n".join(["run,a,b,method,status,work,q", *rows]) + "\n")
+    return read
+
+
+def test_lines_are_named_in_the_order_of_their_values(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    figure = drawn(many(tmp_path, ["10.0", "9.0", "-1.0"], "b"), tmp_path, monkeypatch)
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    assert texts == ["\N{MINUS SIGN}1", "9", "10", "b"]
+    assert [line.get_label() for line in figure.axes[0].get_lines()] == texts[:3]
+
+
+def test_many_numbers_have_a_color_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    figure = drawn(many(tmp_path, [f"{i}.0" for i in range(1, 31)], "b"), tmp_path, monkeypatch)
+    axes, bar = figure.axes
+    assert axes.get_legend() is None and bar.get_ylabel() == "b"
+    assert len({line.get_color() for line in axes.get_lines()}) == 30
+
+
+def test_many_texts_have_a_legend_with_the_name_of_what_varies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    figure = drawn(many(tmp_path, [f"n{i}" for i in range(30)], "b"), tmp_path, monkeypatch)
+    assert figure.axes[0].get_legend().get_title().get_text() == "b"
+
+
+def test_methods_are_named_without_gains_and_labels_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = many(tmp_path, ["1.0"], "method")
+    table = (tmp_path / "table.csv").read_text()
+    more = table.partition("\n")[2].replace(",x,", ",baumgarte,")
+    soft = table.partition("\n")[2].replace(",x,", ",baumgarte-soft,")
+    (tmp_path / "table.csv").write_text(table + more + soft)
+    lines = drawn(read, tmp_path, monkeypatch).axes[0].get_lines()
+    assert [line.get_label() for line in lines] == ["x", "Baumgarte", "baumgarte-soft"]
+
+
+def test_a_map_of_few_cells_has_a_tick_for_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    block = 'x = "a"\ny = "b"\nz = "q"\nwhere = { method = "baseline" }\nlog = ["y"]'
+    axes = draw(tmp_path, block, monkeypatch).axes[0]
+    assert axes.get_xticks().tolist() == [1, 2, 3] and axes.get_yticks().tolist() == [10, 20]
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["10", "20"]
