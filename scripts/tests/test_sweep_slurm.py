@@ -34,11 +34,11 @@ checkpoint = 0.02
 
 [[parameter]]
 entry = "pendulum.gravity"
-range = {{ start = 1.0, stop = 10.0, count = {gravities} }}
+range = {{ start = 1.0, stop = {gravity}, count = {gravities} }}
 
 [[parameter]]
 entry = "pendulum.length"
-range = {{ start = 0.5, stop = 1.4, count = {lengths} }}
+range = {{ start = 0.5, stop = {length}, count = {lengths} }}
 # The bob begins where the rod is horizontal.
 also = {{ "pendulum.position(1)" = 1 }}
 
@@ -53,7 +53,9 @@ Sweep = Callable[..., subprocess.CompletedProcess[str]]
 def write_sweep(folder: Path, gravities: int, lengths: int, more: str = "") -> Path:
     (folder / "swings.nml").write_text(CASE, encoding="utf-8")
     path = folder / "swings.toml"
-    path.write_text(SWEEP.format(gravities=gravities, lengths=lengths) + more, encoding="utf-8")
+    # A single value is the start and the stop.
+    ends = {"gravity": 10.0 if gravities > 1 else 1.0, "length": 1.4 if lengths > 1 else 0.5}
+    path.write_text(SWEEP.format(gravities=gravities, lengths=lengths, **ends) + more, encoding="utf-8")
     return path
 
 
