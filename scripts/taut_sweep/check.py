@@ -1,6 +1,7 @@
 """What is known before the runs: whether the program takes the case, and which columns will come of it."""
 
 import csv
+import math
 import os
 import subprocess
 import tempfile
@@ -38,15 +39,16 @@ def check(plan: Plan, program: Program) -> None:
 
 def _check_windows(plan: Plan, case: f90nml.Namelist) -> None:
     """Refuses a window in time that the runs do not reach."""
-    end = case.get("integration", {}).get("t_end")
-    if not isinstance(end, int | float) or plan.varies("integration", "t_end"):
+    times = case.get("integration", {})
+    if plan.varies("integration", "t_start") or plan.varies("integration", "t_end"):
         return
+    begin, end = times.get("t_start", 0.0), times.get("t_end", math.inf)
     for quantity in plan.sweep.quantities:
+        where = f"{plan.sweep.path}: [collect] {quantity.name}:"
         if quantity.start > end:
-            raise SweepError(
-                f"{plan.sweep.path}: [collect] {quantity.name}: "
-                f"from = {quantity.start} is after the end, t_end = {end}"
-            )
+            raise SweepError(f"{where} from = {quantity.start} is after the end, t_end = {end}")
+        if quantity.end < begin:
+            raise SweepError(f"{where} to = {quantity.end} is before the beginning, t_start = {begin}")
 
 
 def _try(program: Program, case: f90nml.Namelist, folder: Path) -> None:

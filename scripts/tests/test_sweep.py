@@ -354,6 +354,7 @@ def test_another_sweep_of_the_same_name_is_refused(sweep: Sweep, tmp_path: Path)
         ('[collect]\nq = { column = "energie", take = "max" }', ("[collect] q", "energie", "energy")),
         ('[collect]\ntrajectories = ["energie"]', ("[collect]", "energie", "energy")),
         ('[collect]\nq = { column = "x", take = "max", from = 0.6 }', ("[collect] q", "0.6", "t_end = 0.5")),
+        ('[collect]\nq = { column = "x", take = "max", to = -0.1 }', ("[collect] q", "-0.1", "t_start = 0")),
         ('[[plot]]\nname = "p"\nx = "mass"\ny = "stepps"', ("[[plot]] p", "stepps", "steps")),
         ('[[plot]]\nname = "p"\nx = "t"\ny = "x"', ("[[plot]] p", "'x'", "run, mass, method, t")),
     ],
@@ -488,7 +489,11 @@ def test_an_interrupted_run_goes_on_from_its_checkpoint(
     more = {"TAUT_BIN": str(tmp_path), "STATE": state}
     assert_refused(sweep("run", **more), "stopped with 1 run to go", code=130)
     assert "1 interrupted" in sweep("status").stdout
-    assert sweep("run", **more).returncode == 0
+    done = sweep("run", **more)
+    assert done.returncode == 0
+    # The program says that it integrated for a second: longer than this call has lasted.
+    own, other = map(float, re.findall(r"(-?[\d.]+) ms a run", done.stdout))
+    assert 0 < own < 1000 and other >= 0
     assert records(tmp_path)[0]["restarted"] == (how == "continued")
     assert len(list(home(tmp_path).glob("runs/*/refused_checkpoint.taut"))) == (how == "anew")
     assert sweep("collect").returncode == 0
