@@ -2,7 +2,9 @@
 
 import os
 import shutil
+import site
 import sys
+import sysconfig
 from collections.abc import Iterable
 
 from taut_report.bootstrap import ROOT
@@ -18,6 +20,8 @@ def install(peers: Iterable[Peer]) -> None:
             # What the project pins stays as it is.
             pins = ROOT / "scripts" / "requirements.txt"
             call([sys.executable, "-m", "pip", "install", "--only-binary", ":all:", "-c", pins, *peer.pypi])
+            # What has just come is found without a new start.
+            site.addsitedir(sysconfig.get_path("purelib"))
         if peer.debian:
             if shutil.which("apt-get") is None:
                 raise BenchmarkError(
