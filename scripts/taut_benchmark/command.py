@@ -34,8 +34,10 @@ def present(chosen: str | None) -> dict[str, str]:
     return {name: version for name, version in versions.items() if version is not None}
 
 
-def run(problems: list[str], versions: dict[str, str], largest: float, rounds: int) -> list[Measurement]:
-    """Measures every size of the problems."""
+def run(
+    problems: list[str], versions: dict[str, str], largest: float, rounds: int, path: Path
+) -> list[Measurement]:
+    """Measures every size of the problems, and writes the table after each."""
 
     def tell(text: str) -> None:
         print(f"benchmark: {text}", file=sys.stderr, flush=True)
@@ -52,6 +54,7 @@ def run(problems: list[str], versions: dict[str, str], largest: float, rounds: i
                 tell(f"{name} {size}: left out, taut has no model of it")
                 continue
             rows += measure(problem, size, entrants, rounds, tell)
+            table.write_csv(rows, path)
     return rows
 
 
@@ -93,8 +96,7 @@ def main() -> int:
         if arguments.draw:
             rows = table.read_csv(path)
         else:
-            rows = run(problems, versions, arguments.largest, arguments.rounds)
-            table.write_csv(rows, path)
+            rows = run(problems, versions, arguments.largest, arguments.rounds, path)
         if not rows:
             raise BenchmarkError("nothing was measured")
         page = table.markdown(rows, PROBLEMS, versions)

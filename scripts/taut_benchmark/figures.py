@@ -21,10 +21,7 @@ ENTRANTS: dict[str, MethodStyle] = {
     "SciPy RK45": MethodStyle("SciPy RK45", "#D55E00", "solid", "s"),
     "SciPy DOP853": MethodStyle("SciPy DOP853", "#D55E00", (0, (4, 2)), "v"),
     "SUNDIALS ARKODE": MethodStyle("SUNDIALS ARKODE", "#009E73", "solid", "^"),
-    "Octave ode45": MethodStyle("Octave ode45", "#E69F00", "solid", "P"),
     "Pinocchio": MethodStyle("Pinocchio", "#56B4E9", "solid", "X"),
-    "Exudyn": MethodStyle("Exudyn", "#CC79A7", (0, (1.2, 1.4)), "*"),
-    "MuJoCo": MethodStyle("MuJoCo", "#000000", (0, (1.2, 1.4)), "h"),
 }
 
 

@@ -41,7 +41,8 @@ def call(command: Sequence[str | Path], cwd: Path = ROOT) -> str:
         raise BenchmarkError(f"{name} took longer than {PATIENCE} s") from error
     if done.returncode != 0:
         said = (done.stderr.strip() or done.stdout.strip()).splitlines()
-        raise BenchmarkError(f"{name}: {said[-1] if said else f'exit code {done.returncode}'}")
+        reason = said[-1].removeprefix(f"{name}: ") if said else f"exit code {done.returncode}"
+        raise BenchmarkError(f"{name}: {reason}")
     return done.stdout
 
 
