@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import ClassVar
 
 import matplotlib.pyplot as plt
-import numpy as np
 from matplotlib.figure import Figure
-from PIL import Image
 
 from taut_report import style
 from taut_report.data import Results
+from taut_report.gif import write_gif
 
 # Without dates and versions the same results make the same files.
 _METADATA = {"pdf": {"CreationDate": None, "Creator": "taut", "Producer": None}, "png": {"Software": None}}
@@ -82,19 +81,4 @@ class AnimationSpec(Spec):
 
     def write(self, results: Results, paths: list[Path]) -> None:
         """Writes the frames as a GIF that starts over at its end."""
-        pictures: list[Image.Image] = []
-        for figure in self.frames(results):
-            figure.canvas.draw()
-            pictures.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3]))
-        plt.close(figure)
-        # All frames share the colors of the last, when everything has been drawn: nothing flickers.
-        colors = pictures[-1].quantize(128, method=Image.Quantize.MAXCOVERAGE)
-        pictures = [picture.quantize(palette=colors, dither=Image.Dither.NONE) for picture in pictures]
-        pictures[0].save(
-            paths[0],
-            save_all=True,
-            append_images=pictures[1:],
-            duration=self.milliseconds,
-            loop=0,
-            optimize=True,
-        )
+        write_gif(self.frames(results), paths[0], self.milliseconds)

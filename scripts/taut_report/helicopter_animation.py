@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from taut_report.data import Array, Results, Run
+from taut_report.gif import cursor
 from taut_report.helicopter_measures import fill, point_b
 from taut_report.helicopter_sketch import HORN, LINK, Root, note
 
@@ -40,8 +41,7 @@ def turning(results: Results) -> Iterator[Figure]:
     for row, (name, values, color) in enumerate(curves):
         panel = figure.add_subplot(grid[row, 1])
         panel.plot(azimuth, values, color=color, linewidth=1.6)
-        (dot,) = panel.plot([], [], marker="o", markersize=6, color=color, markeredgecolor="white", zorder=5)
-        dots.append((dot, values))
+        dots.append((cursor(panel, color), values))
         panel.set(xlim=(0, 360), ylabel=name, xticks=range(0, 361, 90))
         panel.margins(y=0.15)
         panel.tick_params(labelbottom=row == 2)
@@ -55,8 +55,6 @@ def turning(results: Results) -> Iterator[Figure]:
         for dot, values in dots:
             dot.set_data([at], [np.interp(at, azimuth, values)])
         yield figure
-        # The layout of the first frame holds for all.
-        figure.set_layout_engine("none")
 
 
 def sample(run: Run, angle: str, times: Array) -> Array:

@@ -11,6 +11,7 @@ from matplotlib.patches import Polygon
 from taut_report import style
 from taut_report.data import Array, Results
 from taut_report.helicopter_measures import Model, point_a, point_b
+from taut_report.view import View
 
 BLADE, HORN, LINK, PLATE, HUB = "#9db8d2", "#0072B2", "#D55E00", "#d8dce2", "#374151"
 # How far the blade is drawn from the axis of rotation, and where its chord begins [m].
@@ -22,10 +23,7 @@ _DIMENSION = {"arrowstyle": "<->", "color": style.GRAY, "linewidth": 0.7, "shrin
 
 def view(points: Array, turn: float = -62.0, height: float = 24.0) -> Array:
     """Returns the picture of points in space seen from afar, from a direction given in degrees."""
-    a, b = np.radians(turn), np.radians(height)
-    right = np.array([-np.sin(a), np.cos(a), 0.0])
-    up = np.array([-np.cos(a) * np.sin(b), -np.sin(a) * np.sin(b), np.cos(b)])
-    return np.asarray(points) @ np.stack([right, up], axis=1)
+    return View.around(np.array([0.0, 0.0, 1.0]), turn, height).flat(np.asarray(points))
 
 
 def blade_point(model: Model, beta: float, theta: float, along: float, across: float) -> Array:

@@ -12,6 +12,9 @@ FLOOR = 1e-16
 
 GRAY = "#6b7280"
 LIGHT = "#e5e7eb"
+DARK = "#374151"
+# The colors of Okabe and Ito and two more, for things that are not methods.
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F3C8D", "#8C6D46")
 
 RC: dict[str, Any] = {
     "figure.dpi": 100,

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from taut_report import style
 from taut_report.data import Results
+from taut_report.gif import cursor
 from taut_report.swing_measures import MARKERS, SUPPORTS, event_time, positions, reference, sample
 from taut_report.swing_sketch import COLORS, LINK, Swing, ground
 
@@ -40,7 +41,7 @@ def swinging(results: Results) -> Iterator[Figure]:
     clock = axes.text(0.56, 0.37, "", fontsize=11)
     told = axes.text(0.56, 0.31, "", fontsize=10, color=EVENT, fontweight="bold")
     panel.plot(run["t"], run["lambda1"], color=LINK, linewidth=0.9)
-    (dot,) = panel.plot([], [], marker="o", markersize=6, color="black", markeredgecolor="white", zorder=5)
+    dot = cursor(panel, "black")
     event = event_time(results, "3b")
     if event is not None:
         panel.axvline(event, color=EVENT, linewidth=1.0, linestyle=(0, (2, 2)))
@@ -66,5 +67,3 @@ def swinging(results: Results) -> Iterator[Figure]:
         told.set_text(f"link 1 and A–C in line at {event:.3f} s" if after else "")
         dot.set_data([t], [np.interp(t, run["t"], run["lambda1"])])
         yield figure
-        # The layout of the first frame holds for all.
-        figure.set_layout_engine("none")

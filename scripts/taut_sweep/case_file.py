@@ -37,19 +37,35 @@ class Entry:
         return cls(text.strip(), found["group"].lower(), found["which"], found["name"].lower(), at)
 
 
+def read(path: Path) -> f90nml.Namelist:
+    """Reads a case file."""
+    try:
+        return f90nml.Parser().read(StringIO(path.read_text(encoding="utf-8")))
+    except (OSError, UnicodeDecodeError) as error:
+        raise SweepError(f"{path}: the case cannot be read: {getattr(error, 'strerror', error)}") from None
+    except Exception as error:  # noqa: BLE001 # f90nml raises whatever its tokens lead to
+        raise SweepError(f"{path}: the case is no namelist: {error or type(error).__name__}") from None
+
+
+def read_groups(path: Path) -> list[tuple[str, dict[str, Any]]]:
+    """Returns the groups of a case file with their entries; an array that begins later has None before."""
+    found = []
+    for name, group in read(path).items():
+        for one in group if isinstance(group, list) else [group]:
+            entries = dict(one)
+            for entry, first in one.start_index.items():
+                if first and first[0] and first[0] > 1:
+                    entries[entry] = [None] * (first[0] - 1) + entries[entry]
+            found.append((name, entries))
+    return found
+
+
 class Template:
     """A case file with blanks: comments are left out, so that they make no difference."""
 
     def __init__(self, path: Path, entries: list[Entry]) -> None:
         """Reads the case file and makes the blanks."""
-        try:
-            groups = f90nml.Parser().read(StringIO(path.read_text(encoding="utf-8")))
-        except (OSError, UnicodeDecodeError) as error:
-            raise SweepError(
-                f"{path}: the case cannot be read: {getattr(error, 'strerror', error)}"
-            ) from None
-        except Exception as error:  # noqa: BLE001 # f90nml raises whatever its tokens lead to
-            raise SweepError(f"{path}: the case is no namelist: {error or type(error).__name__}") from None
+        groups = read(path)
         taken: dict[tuple[int, str], list[Entry]] = {}
         for number, entry in enumerate(entries):
             group = _find(groups, entry, path)

@@ -1,0 +1,1 @@
+"""Pictures of any mechanism, from its case file and its results."""

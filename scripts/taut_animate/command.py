@@ -1,0 +1,200 @@
+"""The command `animate`."""
+
+import argparse
+import shutil
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.animation import FFMpegWriter
+from matplotlib.figure import Figure
+from taut_report import style
+from taut_report.data import DataError, Results, Run, read_run
+from taut_report.gif import write_gif
+from taut_sweep.files import SweepError
+
+from taut_animate import gallery
+from taut_animate.mechanism import Mechanism, read_mechanism
+from taut_animate.motion import Motion, of_mode, of_run
+from taut_animate.pictures import Shown, curves, frames, still
+from taut_animate.scene import Look, anchor_of
+
+CASES = Path(__file__).resolve().parents[2] / "cases" / "mechanism"
+# Frames a second, and how long an animation lasts at least and at most unless it is said.
+RATE, SHORT, LONG = 20, 3.0, 10.0
+
+
+def parser() -> argparse.ArgumentParser:
+    """Returns what the command understands."""
+    made = argparse.ArgumentParser(
+        prog="animate",
+        description="Draws a mechanism from its case file and its results: an animation (default), "
+        "a still (--still) or curves over time (--plot).",
+    )
+    made.add_argument("case", nargs="?", type=Path, metavar="CASE.nml", help="case file of the app mechanism")
+    made.add_argument(
+        "result",
+        nargs="?",
+        type=Path,
+        metavar="RESULT.csv",
+        help="default: results/CASE/METHOD.csv of its first method",
+    )
+    made.add_argument("--results", type=Path, default=Path("results"), metavar="DIR", help="default: results")
+    made.add_argument(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help=".gif, .mp4 (needs ffmpeg); default: results/figures/CASE.gif",
+    )
+    made.add_argument(
+        "--still", nargs=2, metavar=("TIME", "FILE"), help="the mechanism at a time [s], as .png or .pdf"
+    )
+    made.add_argument(
+        "--plot", nargs="+", default=[], metavar="COLUMN", help="curves over time, such as hinge.fz tip.z"
+    )
+    made.add_argument("--below", nargs="+", default=[], metavar="COLUMN", help="curves below the animation")
+    made.add_argument("--strobe", type=int, default=0, metavar="N", help="faint earlier positions in a still")
+    made.add_argument(
+        "--trace",
+        nargs="*",
+        metavar="NAME",
+        help="bodies, points and joints that leave a trace; default: every &point",
+    )
+    made.add_argument("--names", action="store_true", help="write the names of bodies")
+    made.add_argument(
+        "--view",
+        nargs=2,
+        type=float,
+        default=(-60.0, 18.0),
+        metavar=("TURN", "HEIGHT"),
+        help="degrees; default: -60 18",
+    )
+    made.add_argument(
+        "--window", nargs=4, type=float, metavar=("X1", "X2", "Y1", "Y2"), help="part of the picture [m]"
+    )
+    made.add_argument("--from", dest="start", type=float, metavar="T", help="first time [s]")
+    made.add_argument("--to", dest="end", type=float, metavar="T", help="last time [s]")
+    made.add_argument(
+        "--seconds",
+        type=float,
+        metavar="S",
+        help=f"how long the animation lasts; default: as the motion, {SHORT:g} to {LONG:g}",
+    )
+    made.add_argument(
+        "--mode", type=int, default=1, metavar="K", help="which mode of a case with modes; 0: the equilibrium"
+    )
+    made.add_argument(
+        "--gallery", action="store_true", help="a still of each shipped case, to DIR/figures/gallery"
+    )
+    return made
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Draws what is asked for."""
+    made = parser()
+    chosen = made.parse_args(arguments)
+    if bool(chosen.case) == chosen.gallery:
+        made.error("give a case file, or --gallery")
+    style.use()
+    try:
+        for path in gallery.make(CASES, Results(chosen.results)) if chosen.gallery else draw(chosen):
+            print(path)
+    except (DataError, SweepError, OSError) as error:
+        print(f"animate: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def draw(chosen: argparse.Namespace) -> list[Path]:
+    """Draws one case."""
+    mechanism = read_mechanism(chosen.case)
+    figures = chosen.results / "figures"
+    if mechanism.static:
+        motion, run = of_mode(mechanism, chosen.results / mechanism.name, chosen.mode), None
+        if chosen.plot or chosen.below:
+            raise DataError(f"{chosen.case}: its results have no times to plot")
+    else:
+        run = read_run(chosen.result or first_result(mechanism, chosen.results))
+    if chosen.plot:
+        path = chosen.out or figures / f"{mechanism.name}_plot.png"
+        save(curves(mechanism.name, run, chosen.plot), path)
+        return [path]
+    if run is not None:
+        motion = of_run(mechanism, run)
+    look = Look(
+        *chosen.view,
+        None if chosen.trace is None else tuple(chosen.trace),
+        names=chosen.names,
+        window=tuple(chosen.window) if chosen.window else None,
+    )
+    for name in look.traces or ():
+        anchor_of(mechanism, name)
+    shown = Shown(mechanism, motion, look)
+    if chosen.still:
+        text, name = chosen.still
+        try:
+            time = float(text)
+        except ValueError:
+            raise DataError(f"--still {text}: the time is no number") from None
+        save(still(shown, time, chosen.strobe), Path(name))
+        return [Path(name)]
+    return animation(chosen, shown, run, chosen.out or figures / f"{mechanism.name}.gif")
+
+
+def first_result(mechanism: Mechanism, results: Path) -> Path:
+    """Returns the table of a case's first method."""
+    case = Results(results).case(mechanism.name)
+    return case.folder / f"{case.methods[0]}.csv"
+
+
+def animation(chosen: argparse.Namespace, shown: Shown, run: Run | None, path: Path) -> list[Path]:
+    """Writes a GIF or an MP4, and says how much slower than the motion it is."""
+    times = span(shown.motion, chosen.start, chosen.end)
+    lasting = times[1] - times[0]
+    seconds = chosen.seconds or float(np.clip(lasting, SHORT, LONG))
+    pictures = frames(shown, np.linspace(*times, max(round(seconds * RATE), 2)), run, tuple(chosen.below))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix == ".gif":
+        write_gif(pictures, path, 1000 // RATE)
+    elif path.suffix == ".mp4":
+        write_mp4(pictures, path)
+    else:
+        raise DataError(f"{path}: an animation is a .gif or an .mp4")
+    print(f"{lasting:g} s in {seconds:g} s")
+    return [path]
+
+
+def span(motion: Motion, start: float | None, end: float | None) -> tuple[float, float]:
+    """Returns the first and the last time that are shown."""
+    first, last = float(motion.times[0]), float(motion.times[-1])
+    start, end = first if start is None else max(start, first), last if end is None else min(end, last)
+    if not start < end:
+        raise DataError(
+            f"there is nothing between {start:g} and {end:g} s; the results go from {first:g} to {last:g} s"
+        )
+    return start, end
+
+
+def write_mp4(pictures: Iterable[Figure], path: Path) -> None:
+    """Writes a film, for which ffmpeg must be installed."""
+    if not shutil.which("ffmpeg"):
+        raise DataError(f"{path}: an .mp4 needs the program ffmpeg: install it, or write a .gif")
+    writer = FFMpegWriter(fps=RATE, bitrate=2400)
+    for i, figure in enumerate(pictures):
+        if i == 0:
+            writer.setup(figure, str(path), dpi=160)
+        writer.grab_frame()
+    writer.finish()
+    plt.close(figure)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Writes a picture."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        figure.savefig(path)
+    except ValueError as error:
+        raise DataError(f"{path}: {error}") from None
+    plt.close(figure)
