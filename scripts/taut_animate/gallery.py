@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-from PIL import Image
+from matplotlib.figure import Figure
 from taut_report import style
 from taut_report.data import Results
 
@@ -36,14 +36,14 @@ RECIPES = (
     Recipe("slider_crank", "slider-crank", 0.45, 5),
     Recipe("spatial_slider_crank", "spatial slider-crank", 0.6, 4, Look(traces=("ball",))),
     Recipe("four_bar", "four-bar linkage", 1.8, 4),
-    Recipe("andrews", "Andrews' squeezing mechanism", 0.0125, 0, Look(traces=("E3", "H", "G"), names=True)),
+    Recipe("andrews", "Andrews' squeezing mechanism", 0.03, 0, Look(traces=("E3", "H", "G"), names=True)),
     Recipe("bricard", "Bricard's mechanism", 1.1, 3, Look(traces=("P3",))),
-    Recipe("n_four_bar2", "two four-bars", 1.2, 4),
+    Recipe("n_four_bar2", "two four-bars", 0.95, 3),
     Recipe("n_four_bar40", "forty four-bars, the first six", 0.8, 3, Look(window=(-1.2, 6.2, -1.4, 1.8))),
     Recipe("governor", "flyball governor", 1.0, 0, Look(traces=("ball1", "ball2"))),
     Recipe("heavy_top", "heavy top", 1.2, 0, Look(traces=("top",))),
     Recipe("rolling_disc", "rolling disc", 2.6, 4),
-    Recipe("swing", "swing on a flexible beam", 0.6, 6, Look(traces=("n1", "n3", "n5"))),
+    Recipe("swing", "swing on a flexible beam", 0.6, 4, Look(traces=("n1", "n3", "n5"))),
 )
 
 
@@ -85,12 +85,8 @@ def make(cases: Path, results: Results) -> list[Path]:
     return paths
 
 
-def save(figure: plt.Figure, path: Path, dots: int) -> Path:
-    """Writes a picture with few colors, which is small; without dates, so that it is the same each time."""
-    figure.savefig(path, dpi=dots, metadata={"Software": None})
+def save(figure: Figure, path: Path, dots: int) -> Path:
+    """Writes a picture without dates, so that it is the same each time."""
+    figure.savefig(path, dpi=dots, metadata={"Software": None}, pil_kwargs={"optimize": True})
     plt.close(figure)
-    with Image.open(path) as picture:
-        picture.convert("RGB").quantize(
-            200, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
-        ).save(path, optimize=True)
     return path

@@ -19,6 +19,8 @@ from taut_animate.solids import normal
 SHADOW = "#e3e6ea"
 # Heights of the layers: shadows below, then what is sorted by depth, then what is written.
 ON_FLOOR, BODIES, NAMES = 1.0, 10.0, 40.0
+# Of names [points].
+SIZE = 9.5
 # Where the light comes from: in the picture to the right, up, and out of it.
 LIGHT = np.array([-0.35, 0.6, 0.72])
 
@@ -236,7 +238,7 @@ class Between:
         across = np.array([-forward[1], forward[0]])
         x, y = symbol(self.kind, length, self.canvas.radius)
         self.line.set_data(*(one + np.outer(x, forward) + np.outer(y, across)).T)
-        self.line.set_zorder(self.canvas.layer(float(at.view.depth(space).mean()), 0.3))
+        self.line.set_zorder(self.canvas.layer(float(at.view.depth(space).mean()), 1.5))
 
 
 def symbol(kind: str, length: float, radius: float) -> tuple[Array, Array]:
@@ -245,7 +247,7 @@ def symbol(kind: str, length: float, radius: float) -> tuple[Array, Array]:
         turns = 8
         lead = 0.14 * length
         x = np.concatenate([[0], np.linspace(lead, length - lead, 2 * turns + 1), [length]])
-        y = np.concatenate([[0, 0], np.tile([1.0, -1.0], turns)[:-1], [0, 0]]) * 1.7 * radius
+        y = np.concatenate([[0, 0], np.tile([1.0, -1.0], turns)[:-1], [0, 0]]) * 2.2 * radius
         return x, y
     if kind == "damper":
         # A rod with a piston in a cup.
@@ -276,19 +278,19 @@ class Segment:
 
 
 class Name:
-    """A name beside a point of a body, on the side away from the body's center."""
+    """A name beside a point of a body, on the side away from other points of it."""
 
-    def __init__(self, canvas: Canvas, body: str, at: Array, text: str, color: str) -> None:
-        self.body, self.place, self.away = body, at, canvas.joint + 7.0
+    def __init__(self, canvas: Canvas, body: str, at: Array, others: Array, text: str, color: str) -> None:
+        self.body, self.places, self.gap = body, np.array([at, *others]), canvas.joint + 2.0
         self.text = canvas.axes.annotate(
             text,
             (0, 0),
-            xytext=(0, self.away),
+            xytext=(0, 0),
             textcoords="offset points",
             ha="center",
             va="center",
             color=color,
-            fontsize=9.5,
+            fontsize=SIZE,
             fontweight="bold",
             zorder=NAMES,
             path_effects=[Stroke(linewidth=2.2, foreground="white"), Normal()],
@@ -296,10 +298,19 @@ class Name:
 
     def move(self, at: Moment) -> None:
         """Moves the name."""
-        center, point = at.view.flat(at.points(self.body, np.array([np.zeros(3), self.place])))
-        outward = point - center
-        far = float(np.linalg.norm(outward))
-        outward = outward / far if far > 0 else np.array([0.0, 1.0])
-        half = 0.5 * self.text.get_fontsize() * 0.5 * len(self.text.get_text())
+        point, *others = at.view.flat(at.points(self.body, self.places))
+        away = self._away(point, np.array(others))
+        half = np.array([0.27 * SIZE * len(self.text.get_text()), 0.4 * SIZE])
         self.text.xy = tuple(point)
-        self.text.set_position((outward[0] * (self.away - 2 + half), outward[1] * self.away))
+        self.text.set_position(tuple(away * (self.gap + half)))
+
+    @staticmethod
+    def _away(point: Array, others: Array) -> Array:
+        """Returns the direction in which there is room: away from other points or, between them, across."""
+        out = point - others.mean(axis=0)
+        if len(others) > 1:
+            far = others[np.argmax(np.linalg.norm(others - point, axis=1))] - point
+            across = np.array([-far[1], far[0]])
+            out = across * (np.sign(across @ out) if abs(across @ out) > 1e-6 * (across @ across) else 1.0)
+        length = float(np.linalg.norm(out))
+        return out / length if length > 0 else np.array([0.0, 1.0])

@@ -28,7 +28,7 @@ from taut_animate.parts import (
     Solid,
     shade,
 )
-from taut_animate.symbols import joint_parts, supports
+from taut_animate.symbols import contact, joint_parts, supports
 
 # More bodies than this share the color of their group.
 DISTINCT = 8
@@ -66,16 +66,15 @@ class Scene:
         up = np.array([0.0, 1.0, 0.0]) if self.flat else mechanism.up
         self.view = View.of_plane() if self.flat else View.around(up, look.turn, look.height)
         floor = None if self.flat else floor_height(mechanism, corners, up)
-        shown = (
-            corners
-            if floor is None
-            else np.concatenate([corners, corners + np.outer(floor - corners @ up, up)])
-        )
-        self.canvas = canvas_of(
-            axes, self.view.flat(shown), self.view.depth(corners), mechanism, up, floor, look
-        )
+        grid = [] if floor is None else floor_grid(corners, up, floor)
+        shown = np.concatenate([corners, *grid])
+        flat, depths = self.view.flat(shown), self.view.depth(corners)
+        self.canvas = canvas_of(axes, flat, depths, mechanism, up, floor, look)
         if floor is not None:
-            draw_floor(self.canvas, self.view, corners)
+            lines = [self.view.flat(line) for line in grid]
+            axes.add_collection(
+                LineCollection(lines, colors="#d5dae0", linewidths=0.6, zorder=ON_FLOOR), autolim=False
+            )
         colors = colors_of(mechanism)
         for i, time in enumerate([] if strobe is None else strobe):
             faint = 0.10 + 0.22 * (i + 1) / len(strobe)
@@ -109,22 +108,29 @@ class Scene:
                 )
             )
             if look.points:
-                self.parts.append(Name(self.canvas, anchor.body, anchor.at, name, "black"))
+                text = Name(self.canvas, anchor.body, anchor.at, np.zeros((1, 3)), name, "black")
+                self.parts.append(text)
         if look.names:
-            for name in self.mechanism.bodies:
-                self.parts.append(Name(self.canvas, name, np.zeros(3), name, colors[name]))
+            for name, body in self.mechanism.bodies.items():
+                ends = ends_of(body)
+                self.parts.append(Name(self.canvas, name, np.zeros(3), ends, name, colors[name]))
 
     def _traces(self, look: Look) -> None:
         """Draws the paths of points, which grow with time."""
         names = tuple(self.mechanism.points) if look.traces is None else look.traces
+        paths = [self.motion.point(anchor_of(self.mechanism, name)) for name in names]
+        paths += [
+            contact(self.mechanism, self.motion, joint)
+            for joint in self.mechanism.joints
+            if joint.type == "rolling"
+        ]
         self.traces = []
-        for i, name in enumerate(names):
-            path = self.view.flat(self.motion.point(anchor_of(self.mechanism, name)))
+        for i, path in enumerate(paths):
             color = TRACE[i % len(TRACE)]
             (line,) = self.canvas.axes.plot(
                 [], [], color=color, linewidth=1.1, alpha=0.75, zorder=ON_FLOOR + 2
             )
-            self.traces.append((line, path))
+            self.traces.append((line, self.view.flat(path)))
 
     def move(self, index: int) -> None:
         """Shows the mechanism at a time."""
@@ -174,7 +180,7 @@ def ends_of(body: Body) -> Array:
 
 
 def is_free(body: Body) -> bool:
-    """Tells whether only its inertia says what a body is: fewer than two places have something fixed to it."""
+    """Tells whether only its inertia says what a body is: something is fixed to one place at most."""
     if body.shape or body.size.max() == 0:
         return False
     return len({tuple(np.round(at, 9)) for at in body.attached}) < 2
@@ -310,24 +316,22 @@ class Spokes:
         self.lines.set_zorder(self.canvas.layer(middle, 0.01))
 
 
-def draw_floor(canvas: Canvas, view: View, corners: Array) -> None:
-    """Draws a grid on the floor, what a mesh of it is, and the axes."""
-    up = canvas.up
+def floor_grid(corners: Array, up: Array, height: float) -> list[Array]:
+    """Returns the lines of a grid on the floor below what is shown."""
     frame = solids.along(up)
     flat = corners @ frame
     low, high = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
-    step = nice(max(high - low) / 5)
-    low, high = np.floor(low / step - 0.15) * step, np.ceil(high / step + 0.15) * step
+    step = nice(max(high - low) / 6)
+    low, high = np.floor(low / step - 0.05) * step, np.ceil(high / step + 0.05) * step
     lines = []
     for k in (0, 1):
         for value in np.arange(low[k], high[k] + step / 2, step):
             ends = np.zeros((2, 3))
             ends[:, k] = value
             ends[:, 1 - k] = low[1 - k], high[1 - k]
-            ends[:, 2] = canvas.floor
-            lines.append(view.flat(ends @ frame.T))
-    grid = LineCollection(lines, colors="#d5dae0", linewidths=0.6, zorder=ON_FLOOR)
-    canvas.axes.add_collection(grid, autolim=False)
+            ends[:, 2] = height
+            lines.append(ends @ frame.T)
+    return lines
 
 
 def nice(value: float) -> float:

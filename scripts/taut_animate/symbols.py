@@ -54,7 +54,7 @@ def joint_parts(canvas: Canvas, mechanism: Mechanism, motion: Motion, joint: Lin
             ]
             return [*cross, Dot(canvas, two, q, 0.8 * size, 1.0, **WHITE)]
         case "rolling":
-            return [Contact(canvas, joint, axis)]
+            return [Contact(canvas, contact(mechanism, motion, joint))]
         case "knife_edge":
             edge = mechanism.pose(two)[1].T @ np.cross(mechanism.up, joint.axis)
             if mechanism.planar:
@@ -77,7 +77,7 @@ def _sliding(canvas: Canvas, mechanism: Mechanism, motion: Motion, joint: Link, 
     rotations = motion.rotations.get(one, np.broadcast_to(np.eye(3), (len(motion.times), 3, 3)))
     travel = np.einsum("ni,nij,j->n", paths[1] - paths[0], rotations, rail_axis)
     r = canvas.radius
-    ends = p + np.outer([travel.min() - 5 * r, travel.max() + 5 * r], rail_axis)
+    ends = p + np.outer([travel.min() - 4.5 * r, travel.max() + 4.5 * r], rail_axis)
     parts: list[Part] = []
     if mechanism.bodies.get(two) is None or mechanism.bodies[two].shape not in SHOWN:
         frame = solids.along(axis)
@@ -135,7 +135,7 @@ class Support:
         r = canvas.radius
         x, y = view.flat(at)
         up = 1.0 if above else -1.0
-        layer = canvas.layer(float(view.depth(at)), -0.6)
+        layer = canvas.layer(float(view.depth(at)), -2.0)
         corners = [[x, y], [x - 1.9 * r, y + 3.2 * up * r], [x + 1.9 * r, y + 3.2 * up * r]]
         canvas.axes.add_patch(
             Polygon(corners, facecolor="white", edgecolor=style.DARK, linewidth=0.9, zorder=layer)
@@ -153,20 +153,25 @@ class Support:
         """The ground does not move."""
 
 
+def contact(mechanism: Mechanism, motion: Motion, joint: Link) -> Array:
+    """Returns the path of the point where a disc touches its plane: (n, 3)."""
+    body = joint.bodies[1]
+    axes = motion.rotations[body] @ (mechanism.pose(body)[1].T @ joint.axis_2)
+    down = axes * (axes @ joint.axis)[:, None] - joint.axis
+    down = down / np.maximum(np.linalg.norm(down, axis=1), 1e-300)[:, None]
+    return motion.point(Anchor(body, joint.points[1])) + joint.radius * down
+
+
 class Contact:
     """Where a disc touches its plane."""
 
-    def __init__(self, canvas: Canvas, joint: Link, axis: Array) -> None:
-        self.joint, self.axis = joint, axis
+    def __init__(self, canvas: Canvas, path: Array) -> None:
+        self.path = path
         self.dot = Dot(canvas, GROUND, np.zeros(3), 1.4 * canvas.joint, 1.0, **DARK)
 
     def move(self, at: Moment) -> None:
         """Moves the point of contact."""
-        body, n = self.joint.bodies[1], self.joint.axis
-        axis = at.directions(body, self.axis)[0]
-        down = -(n - axis * (axis @ n))
-        down = down / (np.linalg.norm(down) or 1.0)
-        self.dot.place = at.points(body, self.joint.points[1])[0] + self.joint.radius * down
+        self.dot.place = self.path[at.index]
         self.dot.move(at)
 
 
