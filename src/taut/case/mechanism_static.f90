@@ -58,7 +58,11 @@ contains
          call files(i)%load(line%cases(i)%text, error)
          if (allocated(error)) return
          call read_analysis(files(i), analysis, error)
-         if (allocated(error)) return
+         if (allocated(error)) then
+            asked = .true.
+            write (error_unit, '(3a)') app, ': ', error%line()
+            return
+         end if
          if (analysis%kind /= 'dynamics') static = static + 1
       end do
       if (static == 0) return
