@@ -4,6 +4,7 @@ import argparse
 import shutil
 import sys
 from collections.abc import Iterable
+from difflib import get_close_matches
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -117,6 +118,7 @@ def draw(chosen: argparse.Namespace) -> list[Path]:
             raise DataError(f"{chosen.case}: its results have no times to plot")
     else:
         run = read_run(chosen.result or first_result(mechanism, chosen.results))
+        check_columns(run, [*chosen.plot, *chosen.below])
     if chosen.plot:
         path = chosen.out or figures / f"{mechanism.name}_plot.png"
         save(curves(mechanism.name, run, chosen.plot), path)
@@ -141,6 +143,14 @@ def draw(chosen: argparse.Namespace) -> list[Path]:
         save(still(shown, time, chosen.strobe), Path(name))
         return [Path(name)]
     return animation(chosen, shown, run, chosen.out or figures / f"{mechanism.name}.gif")
+
+
+def check_columns(run: Run, names: list[str]) -> None:
+    """Complains of a column that there is not, and names those that are written alike."""
+    for name in names:
+        if name not in run.columns:
+            alike = get_close_matches(name, run.columns, n=6, cutoff=0.4) or list(run.columns)[:6]
+            raise DataError(f"{run.path}: no column '{name}'; there are {', '.join(alike)} and others")
 
 
 def first_result(mechanism: Mechanism, results: Path) -> Path:

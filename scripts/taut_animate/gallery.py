@@ -5,6 +5,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
+from PIL import Image
 from taut_report import style
 from taut_report.data import Results
 
@@ -36,7 +37,7 @@ RECIPES = (
     Recipe("slider_crank", "slider-crank", 0.45, 5),
     Recipe("spatial_slider_crank", "spatial slider-crank", 0.6, 4, Look(traces=("ball",))),
     Recipe("four_bar", "four-bar linkage", 1.8, 4),
-    Recipe("andrews", "Andrews' squeezing mechanism", 0.03, 0, Look(traces=("E3", "H", "G"), names=True)),
+    Recipe("andrews", "Andrews' squeezing mechanism", 0.021, 0, Look(traces=("E3", "H", "G"), names=True)),
     Recipe("bricard", "Bricard's mechanism", 1.1, 3, Look(traces=("P3",))),
     Recipe("n_four_bar2", "two four-bars", 0.95, 3),
     Recipe("n_four_bar40", "forty four-bars, the first six", 0.8, 3, Look(window=(-1.2, 6.2, -1.4, 1.8))),
@@ -81,12 +82,16 @@ def make(cases: Path, results: Results) -> list[Path]:
             )
         )
         draw_still(axes, one, recipe.time, recipe.strobe)
-    paths.append(save(sheet, folder / "gallery.png", 100))
+    paths.append(save(sheet, folder / "gallery.png", 110, 256))
     return paths
 
 
-def save(figure: Figure, path: Path, dots: int) -> Path:
-    """Writes a picture without dates, so that it is the same each time."""
+def save(figure: Figure, path: Path, dots: int, colors: int | None = None) -> Path:
+    """Writes a picture without dates, so that it is the same each time; few colors make it small."""
     figure.savefig(path, dpi=dots, metadata={"Software": None}, pil_kwargs={"optimize": True})
     plt.close(figure)
+    if colors:
+        with Image.open(path) as picture:
+            few = picture.convert("RGB").quantize(colors, Image.Quantize.MEDIANCUT, kmeans=2)
+        few.save(path, optimize=True)
     return path

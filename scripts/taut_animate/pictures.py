@@ -93,7 +93,9 @@ def frames(
     bottom = 1 - (0.3 + SCENE) / height
     axes = figure.add_axes((0.02, bottom + 0.08 / height, 0.96, (SCENE - 0.08) / height))
     at = shown.part(times)
-    scene = Scene(axes, at.mechanism, at.motion, at.look)
+    inside = shown.motion.times[(shown.motion.times > times[0]) & (shown.motion.times < times[-1])]
+    fine = shown.part(np.union1d(inside, times)).motion
+    scene = Scene(axes, at.mechanism, at.motion, at.look, fine=fine)
     dots = []
     for i, column in enumerate(columns):
         low = (0.45 + CURVE * (len(columns) - 1 - i)) / height

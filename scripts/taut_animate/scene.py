@@ -55,10 +55,25 @@ class Scene:
     """A mechanism in a panel; `move` shows it at the n-th time of its motion."""
 
     def __init__(
-        self, axes: Axes, mechanism: Mechanism, motion: Motion, look: Look, strobe: Array | None = None
+        self,
+        axes: Axes,
+        mechanism: Mechanism,
+        motion: Motion,
+        look: Look,
+        strobe: Array | None = None,
+        fine: Motion | None = None,
     ) -> None:
-        """Draws what moves and what does not; `strobe`: times at which it is drawn faintly."""
-        self.mechanism, self.motion = mechanism, motion
+        """Draws what moves and what does not.
+
+        Args:
+            axes: The panel.
+            mechanism: What is drawn.
+            motion: Where it is at the times that are shown.
+            look: How it is looked at.
+            strobe: Times at which it is drawn faintly.
+            fine: The motion at closer times, for traces.
+        """
+        self.mechanism, self.motion, self.fine = mechanism, motion, fine or motion
         corners = np.concatenate([motion.point(anchor) for anchor in outline(mechanism)])
         self.flat = mechanism.planar or np.ptp(corners[:, 2]) < 1e-6 * max(
             np.ptp(corners, axis=0).max(), 1e-9
@@ -118,9 +133,9 @@ class Scene:
     def _traces(self, look: Look) -> None:
         """Draws the paths of points, which grow with time."""
         names = tuple(self.mechanism.points) if look.traces is None else look.traces
-        paths = [self.motion.point(anchor_of(self.mechanism, name)) for name in names]
+        paths = [self.fine.point(anchor_of(self.mechanism, name)) for name in names]
         paths += [
-            contact(self.mechanism, self.motion, joint)
+            contact(self.mechanism, self.fine, joint)
             for joint in self.mechanism.joints
             if joint.type == "rolling"
         ]
@@ -137,8 +152,9 @@ class Scene:
         at = Moment(self.motion, index, self.view)
         for part in self.parts:
             part.move(at)
+        past = np.searchsorted(self.fine.times, self.motion.times[index], side="right")
         for line, path in self.traces:
-            line.set_data(*path[: index + 1].T)
+            line.set_data(*path[:past].T)
 
 
 # Traces differ from bodies.
