@@ -37,7 +37,7 @@ RECIPES = (
     Recipe("slider_crank", "slider-crank", 0.45, 5),
     Recipe("spatial_slider_crank", "spatial slider-crank", 0.6, 4, Look(traces=("ball",))),
     Recipe("four_bar", "four-bar linkage", 1.8, 4),
-    Recipe("andrews", "Andrews' squeezing mechanism", 0.021, 0, Look(traces=("E3", "H", "G"), names=True)),
+    Recipe("andrews", "Andrews' squeezing mechanism", 0.0125, 0, Look(traces=("E3", "H", "G"), names=True)),
     Recipe("bricard", "Bricard's mechanism", 1.1, 3, Look(traces=("P3",))),
     Recipe("n_four_bar2", "two four-bars", 0.95, 3),
     Recipe("n_four_bar40", "forty four-bars, the first six", 0.8, 3, Look(window=(-1.2, 6.2, -1.4, 1.8))),
