@@ -40,6 +40,7 @@ module taut
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
    use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
    use taut_constrained_verify, only: verify, finding_t
+   use taut_model_chain, only: chain_t, new_chain
    use taut_model_beam, only: beam_t, new_beam, straight_nodes
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
    use taut_model_modal_body, only: modal_body_t, new_modal_body
@@ -47,6 +48,7 @@ module taut
    implicit none (type, external)
    private
    public :: beam_t, new_beam, straight_nodes, beam_section_t, new_section, rectangular_section
+   public :: chain_t, new_chain
    public :: modal_body_t, new_modal_body, new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
    public :: wp, error_t, raise, version
    public :: mechanical_system_t, state_t, quantity_t, block_diagonal_t
