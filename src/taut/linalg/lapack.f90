@@ -6,7 +6,7 @@ module taut_linalg_lapack
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: dpotrf, dpotrs, dpstrf, dgelsd, dgemm, dtrtrs, dgeqp3, dorgqr, dgetrf, dgetrs, dgecon, dsygv, dgeev
+   public :: dpotrf, dpotrs, dpstrf, dgelsd, dgemm, dtrtrs, dgeqp3, dorgqr, dgetrf, dgetrs, dgecon, dgtsv, dsygv, dgeev
 
    interface
       !> Cholesky factorization of a symmetric positive definite matrix.
@@ -126,6 +126,15 @@ module taut_linalg_lapack
          integer, intent(inout) :: iwork(*)
          integer, intent(out) :: info
       end subroutine dgecon
+
+      !> Solves A X = B, A tridiagonal.
+      subroutine dgtsv(n, nrhs, dl, d, du, b, ldb, info)
+         import :: wp
+         implicit none (type, external)
+         integer, intent(in) :: n, nrhs, ldb
+         real(wp), intent(inout) :: dl(*), d(*), du(*), b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dgtsv
 
       !> Eigenvalues and eigenvectors of A x = w B x, A symmetric, B symmetric positive definite.
       subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)

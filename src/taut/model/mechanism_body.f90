@@ -56,9 +56,9 @@ module taut_model_mechanism_body
    !> Where a body is and how it moves.
    type :: pose_t
       !> Center of mass [m], and rotation from body to global axes.
-      real(wp) :: p(3) = 0.0_wp, r(3, 3) = 0.0_wp
+      real(wp) :: p(3), r(3, 3)
       !> Its velocity [m/s], and angular velocity in body axes [rad/s].
-      real(wp) :: v(3) = 0.0_wp, w(3) = 0.0_wp
+      real(wp) :: v(3), w(3)
    end type pose_t
 
 contains
@@ -105,6 +105,10 @@ contains
       type(pose_t), intent(out) :: it
       integer :: i
 
+      it%p = 0.0_wp
+      it%v = 0.0_wp
+      it%w = 0.0_wp
+      it%r = 0.0_wp
       do i = 1, 3
          it%r(i, i) = 1.0_wp
       end do
@@ -240,40 +244,50 @@ contains
       integer :: i
 
       associate (i_x => self%before_x, i_v => self%before_v)
-         it%p(1) = x(i_x + 1)
-         it%p(2) = x(i_x + 2)
-         it%v(1) = v(i_v + 1)
-         it%v(2) = v(i_v + 2)
          select case (self%kind)
          case (body_spatial)
-            it%p(3) = x(i_x + 3)
-            it%v(3) = v(i_v + 3)
-            it%r = matrix_of_quaternion(x(i_x + 4:i_x + 7))
-            do i = 1, 3
-               it%w(i) = v(i_v + 3 + i)
-            end do
+            call spatial_pose(x(i_x + 1:i_x + 7), v(i_v + 1:i_v + 6), it)
          case (body_planar)
-            it%r(1, 1) = cos(x(i_x + 3))
-            it%r(2, 1) = sin(x(i_x + 3))
-            it%r(1, 2) = -it%r(2, 1)
-            it%r(2, 2) = it%r(1, 1)
-            it%r(3, 3) = 1.0_wp
-            it%w(3) = v(i_v + 3)
-         case (body_point)
-            call ground_pose(it)
-            do i = 1, 3
-               it%p(i) = x(i_x + i)
-               it%v(i) = v(i_v + i)
-            end do
+            call planar_pose(x(i_x + 1:i_x + 3), v(i_v + 1:i_v + 3), it)
          case default
             call ground_pose(it)
-            do i = 1, 2
+            do i = 1, velocities_of_kind(self%kind)
                it%p(i) = x(i_x + i)
                it%v(i) = v(i_v + i)
             end do
          end select
       end associate
    end subroutine pose
+
+   !> The same for a body in the plane.
+   pure subroutine planar_pose(x, v, it)
+      real(wp), intent(in) :: x(3), v(3)
+      type(pose_t), intent(out) :: it
+      real(wp) :: c, s
+
+      c = cos(x(3))
+      s = sin(x(3))
+      it%p = [x(1), x(2), 0.0_wp]
+      it%v = [v(1), v(2), 0.0_wp]
+      it%w = [0.0_wp, 0.0_wp, v(3)]
+      it%r(:, 1) = [c, s, 0.0_wp]
+      it%r(:, 2) = [-s, c, 0.0_wp]
+      it%r(:, 3) = [0.0_wp, 0.0_wp, 1.0_wp]
+   end subroutine planar_pose
+
+   !> The same for a body in space; R as `matrix_of_quaternion` has it.
+   pure subroutine spatial_pose(x, v, it)
+      real(wp), intent(in) :: x(7), v(6)
+      type(pose_t), intent(out) :: it
+      integer :: i
+
+      do i = 1, 3
+         it%p(i) = x(i)
+         it%v(i) = v(i)
+         it%w(i) = v(3 + i)
+      end do
+      it%r = matrix_of_quaternion(x(4:7))
+   end subroutine spatial_pose
 
    !> Whether its inertia has no products.
    pure function diagonal(self) result(answer)

@@ -2,6 +2,7 @@
 module taut_model_mechanism_function
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
+   use taut_linalg_lapack, only: dgtsv
    implicit none (type, external)
    private
    public :: time_function_t, function_kinds
@@ -37,17 +38,6 @@ module taut_model_mechanism_function
       procedure :: jumps
       procedure :: breakpoints
    end type time_function_t
-
-   interface
-      !> LAPACK: solves A x = b, A tridiagonal.
-      subroutine dgtsv(n, nrhs, dl, d, du, b, ldb, info)
-         import :: wp
-         implicit none (type, external)
-         integer, intent(in) :: n, nrhs, ldb
-         real(wp), intent(inout) :: dl(*), d(*), du(*), b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dgtsv
-   end interface
 
 contains
 

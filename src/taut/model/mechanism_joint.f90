@@ -12,6 +12,7 @@ module taut_model_mechanism_joint
    implicit none (type, external)
    private
    public :: joint_t, joint_types, joint_rows, joint_frames, joint_angle, joint_displacement, joint_angle_rate
+   public :: has_angle, has_displacement
    public :: type_distance, type_spherical, type_revolute, type_prismatic, type_cylindrical, type_universal, type_planar, &
              type_fixed, type_in_line, type_coordinate, type_rolling, type_knife_edge
 
@@ -46,6 +47,22 @@ module taut_model_mechanism_joint
    end type joint_t
 
 contains
+
+   !> Whether it has an angle to be shown.
+   pure logical function has_angle(joint)
+      !> The joint.
+      type(joint_t), intent(in) :: joint
+
+      has_angle = any(joint%type == [type_revolute, type_cylindrical])
+   end function has_angle
+
+   !> Whether it has a displacement to be shown.
+   pure logical function has_displacement(joint)
+      !> The joint.
+      type(joint_t), intent(in) :: joint
+
+      has_displacement = any(joint%type == [type_prismatic, type_cylindrical, type_distance, type_coordinate])
+   end function has_displacement
 
    !> Frames from an axis given in global axes (or two, for bodies that are not assembled).
    subroutine joint_frames(joint, one, two, axis_1, axis_2, angle, error)

@@ -4,8 +4,9 @@ module taut_model_mechanism_report
    use taut_kinds, only: wp
    use taut_error, only: to_text
    use taut_constrained_system, only: quantity_t, state_t
+   use taut_linalg_lapack, only: dpstrf, dtrtrs
    use taut_model_mechanism, only: mechanism_t
-   use taut_model_mechanism_body, only: body_t, pose_t, velocities_of_kind, entry_of_velocity, vector_product
+   use taut_model_mechanism_body, only: body_t, pose_t, vector_product
    use taut_rotation, only: log_rotation
    implicit none (type, external)
    private
@@ -26,30 +27,6 @@ module taut_model_mechanism_report
    !> More rows than this are not searched for redundancy: the matrix is dense.
    integer, parameter :: most_rows = 4000
    character, parameter :: nl = new_line('a')
-
-   interface
-      !> LAPACK: Cholesky's factorization of a semidefinite matrix with its rows exchanged.
-      subroutine dpstrf(uplo, n, a, lda, piv, rank, tol, work, info)
-         import :: wp
-         implicit none (type, external)
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, lda
-         real(wp), intent(inout) :: a(lda, *), work(*)
-         integer, intent(out) :: piv(*), rank, info
-         real(wp), intent(in) :: tol
-      end subroutine dpstrf
-
-      !> LAPACK: solves op(A) X = B with A triangular.
-      subroutine dtrtrs(uplo, trans, diag, n, nrhs, a, lda, b, ldb, info)
-         import :: wp
-         implicit none (type, external)
-         character, intent(in) :: uplo, trans, diag
-         integer, intent(in) :: n, nrhs, lda, ldb
-         real(wp), intent(in) :: a(lda, *)
-         real(wp), intent(inout) :: b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dtrtrs
-   end interface
 
 contains
 
@@ -177,7 +154,7 @@ contains
       real(wp), allocatable :: full(:, :, :), solved(:, :, :), values(:)
       integer, allocatable :: bodies(:, :)
       real(wp) :: inverse(3, 3)
-      integer :: b, c, first, i, j, k, l
+      integer :: b, c, i, j, k, l
 
       c = model%c
       allocate (s(c, c), full(6, 2, c), solved(6, 2, c), source=0.0_wp)
@@ -191,9 +168,8 @@ contains
             b = bodies(k, i)
             if (b == 0) cycle
             associate (body => model%bodies(b))
-               first = merge(model%first_1(i), model%first_2(i), k == 1)
-               do l = 1, velocities_of_kind(body%kind)
-                  full(entry_of_velocity(l, body%kind), k, i) = values(first - 1 + l)
+               do l = model%first(i), model%first(i + 1) - 1
+                  if ((model%source(l) - 1)/6 == k - 1) full(model%source(l) - 6*(k - 1), k, i) = values(l)
                end do
                call invert_inertia(body, inverse)
                solved(1:3, k, i) = full(1:3, k, i)/body%m
