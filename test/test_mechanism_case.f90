@@ -228,17 +228,28 @@ contains
       call check(failure, run%report%freedoms == 0, 'a driven crank leaves no freedom')
    end subroutine slider_crank
 
-   !> All cranks share one angle a from the vertical: (N + 1)/3 + N of inertia, V = ((N + 1)/2 + N) g cos a.
    subroutine n_four_bar(failure)
+      character(:), allocatable, intent(inout) :: failure
+
+      call follow_cranks('n_four_bar2', 2, 10.0_wp, failure)
+      ! Once round, past both positions in which the degrees of freedom jump to 41.
+      call follow_cranks('n_four_bar40', 40, 2.5_wp, failure)
+   end subroutine n_four_bar
+
+   !> All cranks share one angle a from the vertical: (N + 1)/3 + N of inertia, V = ((N + 1)/2 + N) g cos a.
+   subroutine follow_cranks(name, windows, t_end, failure)
+      character(*), intent(in) :: name
+      integer, intent(in) :: windows
+      real(wp), intent(in) :: t_end
       character(:), allocatable, intent(inout) :: failure
       type(run_t) :: run
       real(wp) :: k(4), a, energy, rate, h
       integer :: i
       integer, parameter :: steps = 200000
 
-      call run_file('n_four_bar2', 10.0_wp, 1.0e-8_wp, run, failure)
+      call run_file(name, t_end, 1.0e-8_wp, run, failure)
       if (allocated(failure)) return
-      h = 10.0_wp/steps
+      h = t_end/steps
       a = 0.0_wp
       rate = 1.0_wp
       ! Stoermer and Verlet would do; Runge and Kutta of order four for a'' = c sin a.
@@ -261,17 +272,31 @@ contains
       pure real(wp) function second(angle)
          real(wp), intent(in) :: angle
 
-         second = 3.5_wp/3.0_wp*9.81_wp*sin(angle)
+         second = (0.5_wp*(windows + 1) + windows)/((windows + 1)/3.0_wp + windows)*9.81_wp*sin(angle)
       end function second
 
-   end subroutine n_four_bar
+   end subroutine follow_cranks
 
    subroutine bricard(failure)
       character(:), allocatable, intent(inout) :: failure
+      character(len=11), parameter :: names(2) = [character(len=11) :: 'bricard', 'bricard_box']
       type(run_t) :: run
+      integer :: i
 
-      call run_file('bricard', 1.0_wp, 1.0e-7_wp, run, failure)
-      if (allocated(failure)) return
+      do i = 1, 2
+         call run_file(trim(names(i)), 1.0_wp, 1.0e-7_wp, run, failure)
+         if (allocated(failure)) return
+         call check_bricard(run, failure)
+      end do
+      ! m (0.1^2 + 0.1^2)/12 about the axis, m (1 + 0.1^2)/12 across.
+      call check_close(failure, run%model%bodies(3)%j(1, 1), 0.02_wp/12.0_wp, 1.0e-15_wp, 'inertia about the axis of a rod')
+      call check_close(failure, run%model%bodies(3)%j(2, 2), 1.01_wp/12.0_wp, 1.0e-15_wp, 'inertia across')
+   end subroutine bricard
+
+   subroutine check_bricard(run, failure)
+      type(run_t), intent(in) :: run
+      character(:), allocatable, intent(inout) :: failure
+
       call check(failure, run%model%c == 30 .and. run%report%rank == 29 .and. run%report%freedoms == 1, &
                  'rank '//to_text(run%report%rank)//' of '//to_text(run%model%c))
       call check(failure, sum(run%report%redundant) == 1 .and. all(run%report%involved), &
@@ -279,7 +304,7 @@ contains
       call check(failure, index(run%report%text, '1 redundant') > 0, run%report%text)
       call check_below(failure, run%model%energy(run%at) - run%model%energy(run%start), 1.0e-4_wp, 'energy')
       call check_below(failure, violation(run), 1.0e-10_wp, 'violation')
-   end subroutine bricard
+   end subroutine check_bricard
 
    subroutine andrews(failure)
       character(:), allocatable, intent(inout) :: failure

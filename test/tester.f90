@@ -19,6 +19,7 @@ program tester
    use test_restart, only: collect_restart
    use test_ritz, only: collect_ritz
    use test_rigid_bodies, only: collect_rigid_bodies
+   use test_squeezer, only: collect_squeezer
    use test_swing, only: collect_swing
    use test_verify, only: collect_verify
    use test_weighted_projection, only: collect_weighted_projection
@@ -46,6 +47,7 @@ program tester
    call run_suite('restart', collect_restart(), trim(only), outcome)
    call run_suite('ritz', collect_ritz(), trim(only), outcome)
    call run_suite('rigid bodies', collect_rigid_bodies(), trim(only), outcome)
+   call run_suite('squeezer', collect_squeezer(), trim(only), outcome)
    call run_suite('swing', collect_swing(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
