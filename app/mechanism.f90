@@ -3,7 +3,6 @@ program mechanism
    use, intrinsic :: iso_fortran_env, only: output_unit
    use taut_error, only: error_t
    use taut_case_application, only: run_application
-   use taut_case_command_line, only: command_line_t, read_command_line
    use taut_case_mechanism, only: read_mechanism
    use taut_case_mechanism_help, only: case_help
    use taut_case_mechanism_static, only: run_static_cases
@@ -30,23 +29,19 @@ program mechanism
 
 contains
 
-   !> A case file's mechanism, as a system; tells what was found unless it is to be quiet.
+   !> A case file's mechanism, as a system.
    subroutine read_case(file, model, start, settings, error)
       type(namelist_file_t), intent(in) :: file
       class(mechanical_system_t), allocatable, intent(out) :: model
       type(state_t), intent(out) :: start
       type(settings_t), intent(out) :: settings
       type(error_t), allocatable, intent(inout) :: error
-      type(command_line_t) :: line
       type(mechanism_report_t) :: report
       type(mechanism_t), allocatable :: own
 
       allocate (own)
       call read_mechanism(file, own, start, settings, report, error)
-      if (allocated(error)) return
-      call move_alloc(own, model)
-      call read_command_line(app, default_case, line, error)
-      if (.not. allocated(error) .and. .not. line%quiet) write (output_unit, '(3a)', advance='no') file%name, ': ', report%text
+      if (.not. allocated(error)) call move_alloc(own, model)
    end subroutine read_case
 
 end program mechanism

@@ -226,6 +226,7 @@ contains
       call check_close(failure, entry_of(run, run%at, 'slider.x'), &
                        0.1_wp*cos(10.0_wp*t) + sqrt(0.09_wp - 0.01_wp*sin(10.0_wp*t)**2), 1.0e-11_wp, 'slider')
       call check(failure, run%report%freedoms == 0, 'a driven crank leaves no freedom')
+      call check(failure, run%model%note() == '', 'nothing to warn of')
    end subroutine slider_crank
 
    subroutine n_four_bar(failure)
@@ -304,6 +305,9 @@ contains
       call check(failure, index(run%report%text, '1 redundant') > 0, run%report%text)
       call check_below(failure, run%model%energy(run%at) - run%model%energy(run%start), 1.0e-4_wp, 'energy')
       call check_below(failure, violation(run), 1.0e-10_wp, 'violation')
+      call check(failure, index(run%model%note(), '6 joints are not unique') > 0, 'the summary warns: '//run%model%note())
+      call check(failure, index(run%model%note(), ',') == 0, 'no comma in a table')
+      call check(failure, run%model%describe() == run%report%text, 'people are told the same')
    end subroutine check_bricard
 
    subroutine andrews(failure)

@@ -101,6 +101,7 @@ contains
          options = run_options_t(app, line%out//'/'//files(i)%name, line%quiet, line%checkpoint)
          if (allocated(line%restart)) options%folder = folder_of(line%restart)
          associate (job => jobs(i))
+            if (.not. line%quiet) call tell(files(i)%name, job%model%describe())
             call run_case(files(i), job%model, job%start, job%settings, options, checkpoint, all_ended, interrupted, error)
          end associate
          if (failed()) return
@@ -120,6 +121,13 @@ contains
       end function failed
 
    end subroutine run_application
+
+   !> Prints what a system has to say.
+   subroutine tell(name, text)
+      character(*), intent(in) :: name, text
+
+      if (len(text) > 0) write (output_unit, '(3a)', advance='no') name, ': ', text
+   end subroutine tell
 
    !> Reads a checkpoint as far as the case it belongs to.
    subroutine read_origin(app, line, checkpoint, case_text, error)

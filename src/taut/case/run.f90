@@ -21,7 +21,7 @@ module taut_case_run
 
    character(*), parameter :: summary_header = &
       'case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,max_phi,max_phidot,max_phiddot,'// &
-      'energy_drift,min_rank,wall_seconds'
+      'energy_drift,min_rank,note,wall_seconds'
    character, parameter :: line_end = new_line('a')
 
    !> Where and how to run a case.
@@ -300,7 +300,7 @@ contains
                to_text(result%steps)//','//to_text(result%rejected)//','//to_text(result%rhs_evaluations)//','// &
                to_text(simulation%ode%projector%iterations)//','//number(recorder%max_phi)//','//number(recorder%max_phidot)// &
                ','//number(recorder%max_phiddot)//','//number(recorder%energy_drift)//','//to_text(recorder%min_rank)//','// &
-               number(progress%seconds)//line_end
+               model%note()//','//number(progress%seconds)//line_end
          if (.not. options%quiet) then
             write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
                result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%energy_drift, progress%seconds

@@ -90,6 +90,8 @@ module taut_constrained_system
       procedure :: output_name => numbered_output
       procedure :: outputs => no_outputs
       procedure :: quantities => no_quantities
+      procedure :: describe => no_text
+      procedure :: note => no_text
       procedure :: event_name => numbered_event
       procedure :: event_values => no_event_values
    end type mechanical_system_t
@@ -513,6 +515,19 @@ contains
       associate (unused_system => self)
       end associate
    end function no_quantities
+
+   !> `describe`: what people are told before a run, lines with their ends; `note`: what a reader of the results has to know, one
+   !! line without commas for their summary. The default is nothing.
+   function no_text(self) result(text)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: self
+      !> The text.
+      character(:), allocatable :: text
+
+      text = ''
+      associate (unused_system => self)
+      end associate
+   end function no_text
 
    !> Name of an event in tables; the default is event1, event2, ...
    function numbered_event(self, i) result(name)

@@ -24,6 +24,8 @@ module taut_model_mechanism
       procedure :: output_name
       procedure :: outputs
       procedure :: quantities
+      procedure :: describe
+      procedure :: note
       procedure :: event_name
       procedure :: event_values
    end type mechanism_t
@@ -311,6 +313,28 @@ contains
       allocate (list(0))
       if (allocated(self%findings)) list = self%findings
    end function quantities
+
+   !> What was found out at the start, for people.
+   function describe(self) result(text)
+      !> The mechanism.
+      class(mechanism_t), intent(in) :: self
+      !> Lines with their ends.
+      character(:), allocatable :: text
+
+      text = ''
+      if (allocated(self%description)) text = self%description
+   end function describe
+
+   !> Whether there are reactions that are not unique.
+   function note(self) result(text)
+      !> The mechanism.
+      class(mechanism_t), intent(in) :: self
+      !> One line without commas.
+      character(:), allocatable :: text
+
+      text = ''
+      if (allocated(self%remark)) text = self%remark
+   end function note
 
    !> Name of an event.
    function event_name(self, i) result(name)

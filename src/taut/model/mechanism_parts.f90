@@ -76,6 +76,8 @@ module taut_model_mechanism_parts
       integer, allocatable :: shown(:)
       !> What was found out at the start, for the table of the model.
       type(quantity_t), allocatable :: findings(:)
+      !> The same for people, in lines, and what a reader of the results has to know.
+      character(:), allocatable :: description, remark
       !> Rows of all joints, those with a position level first; the joint of each.
       type(row_t), allocatable :: rows(:)
       integer, allocatable :: joint_of_row(:)

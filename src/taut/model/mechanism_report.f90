@@ -48,6 +48,7 @@ contains
       call find_redundancy(model, assembled, rank, report)
       redundant = model%c - rank
       model%findings = [quantity_t ::]
+      model%remark = ''
       call add('bodies', real(size(model%bodies), wp), '1')
       call add('velocities', real(model%n, wp), '1')
       call add('constraints', real(model%c, wp), '1')
@@ -74,6 +75,8 @@ contains
          end do
          if (len(line) > 2) report%text = report%text// &
             'reactions that are not unique (those of least norm are given): '//line(3:)//nl
+         model%remark = to_text(redundant)//' redundant constraints: reactions of '//to_text(count(report%involved))// &
+                        ' joints are not unique; those of least norm are given'
       end if
       do i = 1, size(model%bodies)
          call model%pose_of(given, i, before)
@@ -89,6 +92,7 @@ contains
       moved = maxval(abs(assembled%v - given%v))
       call add('velocity_correction', moved, 'm/s_or_rad/s')
       if (moved > 1.0e-9_wp) report%text = report%text//'velocities corrected by '//to_text(moved)//' m/s or rad/s at most'//nl
+      model%description = report%text
 
    contains
 
