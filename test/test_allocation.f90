@@ -9,12 +9,15 @@ module test_allocation
    use taut_linalg_weighted_projection, only: solver_names
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_pendulum, only: new_pendulum, pendulum_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_beam, only: beam_t
    use taut_case_mechanism, only: read_mechanism
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: settings_t
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_report, only: mechanism_report_t
+   use taut_model_modal_body, only: modal_body_t, new_modal_body
+   use taut_model_rigid_bodies, only: new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
    use testing, only: check, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -30,7 +33,8 @@ contains
                new_test('no method allocates inside a step', methods_do_not_allocate), &
                new_test('no solver allocates inside a step', solvers_do_not_allocate), &
                new_test('no kind of system allocates inside a step', systems_do_not_allocate), &
-               new_test('no part of a mechanism allocates', mechanisms_do_not_allocate)]
+               new_test('no part of a mechanism allocates', mechanisms_do_not_allocate), &
+               new_test('no rigid or modal body allocates', bodies_do_not_allocate)]
    end function collect_allocation
 
    subroutine counter_counts(failure)
@@ -157,8 +161,6 @@ contains
       type(settings_t) :: settings
       type(state_t) :: at
       type(error_t), allocatable :: error
-      real(wp), allocatable :: a(:, :), b(:), entries(:), f(:), x(:)
-      integer(int64) :: before
       integer :: i
 
       do i = 1, size(names)
@@ -166,20 +168,92 @@ contains
          if (.not. allocated(error)) call read_mechanism(file, model, at, settings, report, error)
          call no_error(failure, error)
          if (allocated(failure)) return
-         if (allocated(a)) deallocate (a, b, entries, f, x)
-         allocate (a(model%c, model%n), b(model%c), entries(size(model%column)), f(model%n), x(model%n_x), source=0.0_wp)
-         before = allocations
-         call model%force(at, f)
-         call model%constraint(at, b(:model%n_phi))
-         call model%jacobian(at, a)
-         call model%jacobian_entries(at, entries)
-         call model%b_prime(at, b)
-         call model%b_second(at, b)
-         call model%x_rate(at, at%v, x)
-         call model%displace(f, at%x)
-         call model%normalize(at%x)
-         call check(failure, allocations == before, trim(names(i))//' allocates')
+         call count_calls(trim(names(i)), model, at, failure)
       end do
    end subroutine mechanisms_do_not_allocate
+
+   !> Two bodies off their centers of mass on spherical joints; a body with two shapes on a link.
+   subroutine bodies_do_not_allocate(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(rigid_bodies_t) :: rigid
+      type(modal_body_t) :: modal
+      type(rigid_body_t) :: body
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      real(wp) :: inertia(3, 3, 3), position(3, 3), rotation(3, 2, 3), shape(3, 2, 3)
+      integer :: i
+
+      body%m = 2.0_wp
+      body%s = [0.1_wp, 0.2_wp, -0.1_wp]
+      body%j = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.2_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.9_wp], [3, 3])
+      call new_rigid_bodies(rigid, [body, body], [spherical_joint_t(1, 0), spherical_joint_t(2, 1, [0.0_wp, 0.0_wp, 1.0_wp])], &
+                            [0.0_wp, 0.0_wp, -9.81_wp], error)
+      call no_error(failure, error)
+      at%x = [([0.1_wp, 0.2_wp, 0.3_wp, 0.8_wp, 0.6_wp, 0.0_wp, 0.0_wp], i=1, 2)]
+      at%v = [(0.1_wp*i, i=1, 12)]
+      allocate (at%w(0))
+      call count_calls('rigid bodies', rigid, at, failure)
+
+      do i = 1, 3
+         position(:, i) = [real(i, wp), 0.0_wp, 0.1_wp]
+         inertia(:, :, i) = 0.01_wp*body%j
+         shape(:, :, i) = reshape(0.1_wp*[1.0_wp, 0.3_wp, 0.2_wp, -0.2_wp, 0.5_wp, 0.7_wp], [3, 2])*i
+         rotation(:, :, i) = 0.5_wp*shape(:, :, i)
+      end do
+      call new_modal_body(modal, position, [0.3_wp, 0.4_wp, 0.5_wp], inertia, shape, rotation, &
+                          reshape([10.0_wp, 1.0_wp, 1.0_wp, 20.0_wp], [2, 2]), error)
+      call no_error(failure, error)
+      call modal%link(1, [0.0_wp, 0.0_wp, 1.0_wp], 1.0_wp, error)
+      at%x = [0.1_wp, 0.2_wp, 0.3_wp, 0.8_wp, 0.6_wp, 0.0_wp, 0.0_wp, 0.01_wp, 0.02_wp]
+      at%v = [(0.1_wp*i, i=1, 8)]
+      call count_calls('modal body', modal, at, failure)
+   end subroutine bodies_do_not_allocate
+
+   !> Calls everything that is called inside a step.
+   subroutine count_calls(name, model, start, failure)
+      character(*), intent(in) :: name
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: start
+      character(:), allocatable, intent(inout) :: failure
+      type(block_diagonal_t) :: m
+      type(state_t) :: at
+      real(wp), allocatable :: a(:, :), b(:), entries(:), f(:), x(:)
+      integer, allocatable :: column(:), first(:)
+      character(len=11), parameter :: parts(9) = [character(len=11) :: 'mass', 'force', 'constraint', 'jacobian', 'b_prime', &
+                                                  'b_second', 'x_rate', 'v_of_x_rate', 'displace']
+      integer(int64) :: before(10)
+      integer :: i
+
+      at = start
+      call m%init(model%mass_blocks)
+      call model%pattern(first, column)
+      i = 0
+      if (allocated(column)) i = size(column)
+      allocate (a(model%c, model%n), b(model%c), entries(i), f(model%n), x(model%n_x), source=0.0_wp)
+      before(1) = allocations
+      if (.not. model%constant_mass) call model%mass(at, m)
+      before(2) = allocations
+      call model%force(at, f)
+      before(3) = allocations
+      call model%constraint(at, b(:model%n_phi))
+      before(4) = allocations
+      call model%jacobian(at, a)
+      if (allocated(column)) call model%jacobian_entries(at, entries)
+      before(5) = allocations
+      call model%b_prime(at, b)
+      before(6) = allocations
+      call model%b_second(at, b)
+      before(7) = allocations
+      call model%x_rate(at, at%v, x)
+      before(8) = allocations
+      call model%v_of_x_rate(at, x, f)
+      before(9) = allocations
+      call model%displace(f, at%x)
+      call model%normalize(at%x)
+      before(10) = allocations
+      do i = 1, size(parts)
+         call check(failure, before(i + 1) == before(i), name//' allocates in '//trim(parts(i)))
+      end do
+   end subroutine count_calls
 
 end module test_allocation

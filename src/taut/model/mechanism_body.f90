@@ -7,7 +7,7 @@
 module taut_model_mechanism_body
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity
+   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity, turned, turned_back
    use taut_rotation, only: matrix_of_quaternion
    implicit none (type, external)
    private
@@ -62,30 +62,6 @@ module taut_model_mechanism_body
    end type pose_t
 
 contains
-
-   !> R u.
-   pure function turned(r, u) result(v)
-      !> Rotation and vector.
-      real(wp), intent(in) :: r(3, 3), u(3)
-      !> In global axes.
-      real(wp) :: v(3)
-
-      v(1) = r(1, 1)*u(1) + r(1, 2)*u(2) + r(1, 3)*u(3)
-      v(2) = r(2, 1)*u(1) + r(2, 2)*u(2) + r(2, 3)*u(3)
-      v(3) = r(3, 1)*u(1) + r(3, 2)*u(2) + r(3, 3)*u(3)
-   end function turned
-
-   !> R^T u.
-   pure function turned_back(r, u) result(v)
-      !> Rotation and vector.
-      real(wp), intent(in) :: r(3, 3), u(3)
-      !> In body axes.
-      real(wp) :: v(3)
-
-      v(1) = r(1, 1)*u(1) + r(2, 1)*u(2) + r(3, 1)*u(3)
-      v(2) = r(1, 2)*u(1) + r(2, 2)*u(2) + r(3, 2)*u(3)
-      v(3) = r(1, 3)*u(1) + r(2, 3)*u(2) + r(3, 3)*u(3)
-   end function turned_back
 
    !> a x b, in this file so that the compiler can unfold it.
    pure function vector_product(a, b) result(c)

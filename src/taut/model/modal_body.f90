@@ -11,8 +11,8 @@ module taut_model_modal_body
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_dead_load, only: dead_load_t
-   use taut_rotation, only: cross, matrix_of_quaternion, quaternion_body_rate, quaternion_normalized, quaternion_of_vector, &
-                            quaternion_product, quaternion_rate
+   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity, turned, turned_back
+   use taut_rotation, only: cross, matrix_of_quaternion
    implicit none (type, external)
    private
    public :: modal_body_t, modal_link_t, new_modal_body
@@ -188,7 +188,7 @@ contains
       !> In global axes.
       real(wp) :: r(3)
 
-      r = at%x(1:3) + matmul(matrix_of_quaternion(at%x(4:7)), in_frame(self, at, i))
+      r = at%x(1:3) + turned(matrix_of_quaternion(at%x(4:7)), in_frame(self, at, i))
    end function node_position
 
    !> Velocity of a node in global axes [m/s].
@@ -198,7 +198,7 @@ contains
       integer, intent(in) :: i
       real(wp) :: rate(3)
 
-      rate = at%v(1:3) + matmul(matrix_of_quaternion(at%x(4:7)), &
+      rate = at%v(1:3) + turned(matrix_of_quaternion(at%x(4:7)), &
                                 cross(at%v(4:6), in_frame(self, at, i)) + relative_velocity(self, at, i))
    end function node_velocity
 
@@ -232,7 +232,7 @@ contains
       type(state_t), intent(in) :: at
       integer, intent(in) :: n
       real(wp), intent(inout) :: m(n, n)
-      real(wp) :: r(3, 3), rho(3), first_moment(3), moved(3), turned(3), w
+      real(wp) :: r(3, 3), rho(3), first_moment(3), moved(3), rotary(3), w
       integer :: i, j, k
 
       m = 0.0_wp
@@ -249,22 +249,23 @@ contains
          end do
          do k = 1, self%modes
             moved = w*self%shape(:, k, i)
-            turned = matmul(self%inertia(:, :, i), self%rotation(:, k, i))
+            rotary = turned(self%inertia(:, :, i), self%rotation(:, k, i))
             ! In the frame's axes; turned to global ones below.
             m(1:3, 6 + k) = m(1:3, 6 + k) + moved
-            m(4:6, 6 + k) = m(4:6, 6 + k) + cross(rho, moved) + turned
+            m(4:6, 6 + k) = m(4:6, 6 + k) + cross(rho, moved) + rotary
             do j = 1, k
                m(6 + j, 6 + k) = m(6 + j, 6 + k) + dot_product(self%shape(:, j, i), moved) + &
-                                 dot_product(self%rotation(:, j, i), turned)
+                                 dot_product(self%rotation(:, j, i), rotary)
             end do
          end do
       end do
       do k = 1, self%modes
-         m(1:3, 6 + k) = matmul(r, m(1:3, 6 + k))
+         moved = m(1:3, 6 + k)
+         m(1:3, 6 + k) = turned(r, moved)
       end do
       do j = 1, 3
          ! -R s x, column by column.
-         m(1:3, 3 + j) = -matmul(r, cross(first_moment, unit(j)))
+         m(1:3, 3 + j) = -turned(r, cross(first_moment, unit(j)))
       end do
       do j = 1, n
          do i = j + 1, n
@@ -297,22 +298,24 @@ contains
       r = matrix_of_quaternion(at%x(4:7))
       do i = 1, self%nodes
          rho = in_frame(self, at, i)
-         pushed = self%node_mass(i)*(matmul(self%gravity, r) - centrifugal(self, at, i))
+         pushed = self%node_mass(i)*(turned_back(r, self%gravity) - centrifugal(self, at, i))
          omega_i = angular_velocity(self, at, i)
-         moment = cross(at%v(4:6), matmul(self%inertia(:, :, i), omega_i))
+         moment = cross(at%v(4:6), turned(self%inertia(:, :, i), omega_i))
          call add(pushed, -moment)
       end do
       do k = 1, size(self%loads)
          i = self%loads(k)%node
          rho = in_frame(self, at, i)
          factor = self%loads(k)%factor(at%t)
-         moment = factor*matmul(self%loads(k)%moment, r)
-         call add(factor*matmul(self%loads(k)%force, r), moment)
+         moment = factor*turned_back(r, self%loads(k)%moment)
+         call add(factor*turned_back(r, self%loads(k)%force), moment)
          do j = 1, self%modes
             value(6 + j) = value(6 + j) + dot_product(self%rotation(:, j, i), moment)
          end do
       end do
-      value(1:3) = matmul(r, value(1:3))
+      pushed = value(1:3)
+      pushed = turned(r, pushed)
+      value(1:3) = pushed
       do j = 1, self%modes
          do k = 1, self%modes
             value(6 + k) = value(6 + k) - self%stiffness(k, j)*(at%x(7 + j) + self%damping*at%v(6 + j))
@@ -358,16 +361,19 @@ contains
       type(state_t), intent(in) :: at
       !> The constraint matrix: (links, n).
       real(wp), intent(out) :: a(:, :)
-      real(wp) :: direction(3), in_axes(3)
+      real(wp) :: across(3), direction(3), in_axes(3)
       integer :: i, j, k
 
       do k = 1, size(self%links)
          i = self%links(k)%node
          direction = self%node_position(at, i) - self%links(k)%ground
          direction = direction/norm2(direction)
-         in_axes = matmul(direction, matrix_of_quaternion(at%x(4:7)))
+         in_axes = turned_back(matrix_of_quaternion(at%x(4:7)), direction)
          a(k, 1:3) = direction
-         a(k, 4:6) = cross(in_frame(self, at, i), in_axes)
+         across = cross(in_frame(self, at, i), in_axes)
+         do j = 1, 3
+            a(k, 3 + j) = across(j)
+         end do
          do j = 1, self%modes
             a(k, 6 + j) = dot_product(in_axes, self%shape(:, j, i))
          end do
@@ -392,7 +398,7 @@ contains
          direction = direction/length
          rate = node_velocity(self, at, i)
          across = cross(direction, rate)
-         value(k) = -dot_product(direction, matmul(matrix_of_quaternion(at%x(4:7)), centrifugal(self, at, i))) &
+         value(k) = -dot_product(direction, turned(matrix_of_quaternion(at%x(4:7)), centrifugal(self, at, i))) &
                     - dot_product(across, across)/length
       end do
    end subroutine b_second
@@ -408,8 +414,7 @@ contains
       !> xdot: (n_x).
       real(wp), intent(out) :: value(:)
 
-      value(1:3) = u(1:3)
-      value(4:7) = quaternion_rate(at%x(4:7), u(4:6))
+      call pose_rate(at%x(1:7), u(1:6), value(1:7))
       value(8:) = u(7:)
       associate (unused_body => self)
       end associate
@@ -426,8 +431,7 @@ contains
       !> Velocities: (n).
       real(wp), intent(out) :: u(:)
 
-      u(1:3) = rate(1:3)
-      u(4:6) = quaternion_body_rate(at%x(4:7), rate(4:7))
+      call pose_velocity(at%x(1:7), rate(1:7), u(1:6))
       u(7:) = rate(8:)
       associate (unused_body => self)
       end associate
@@ -442,8 +446,7 @@ contains
       !> Coordinates: (n_x).
       real(wp), intent(inout) :: x(:)
 
-      x(1:3) = x(1:3) + d(1:3)
-      x(4:7) = quaternion_product(x(4:7), quaternion_of_vector(d(4:6)))
+      call move_pose(d(1:6), x(1:7))
       x(8:) = x(8:) + d(7:)
       associate (unused_body => self)
       end associate
@@ -456,7 +459,7 @@ contains
       !> Coordinates: (n_x).
       real(wp), intent(inout) :: x(:)
 
-      x(4:7) = quaternion_normalized(x(4:7))
+      call normalize_pose(x(1:7))
       associate (unused_body => self)
       end associate
    end subroutine normalize

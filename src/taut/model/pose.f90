@@ -5,9 +5,33 @@ module taut_model_pose
    use taut_rotation, only: quaternion_body_rate, quaternion_normalized, quaternion_of_vector, quaternion_product, quaternion_rate
    implicit none (type, external)
    private
-   public :: pose_rate, pose_velocity, move_pose, normalize_pose
+   public :: pose_rate, pose_velocity, move_pose, normalize_pose, turned, turned_back
 
 contains
+
+   !> R u.
+   pure function turned(r, u) result(v)
+      !> Rotation and vector.
+      real(wp), intent(in) :: r(3, 3), u(3)
+      !> In global axes.
+      real(wp) :: v(3)
+
+      v(1) = r(1, 1)*u(1) + r(1, 2)*u(2) + r(1, 3)*u(3)
+      v(2) = r(2, 1)*u(1) + r(2, 2)*u(2) + r(2, 3)*u(3)
+      v(3) = r(3, 1)*u(1) + r(3, 2)*u(2) + r(3, 3)*u(3)
+   end function turned
+
+   !> R^T u.
+   pure function turned_back(r, u) result(v)
+      !> Rotation and vector.
+      real(wp), intent(in) :: r(3, 3), u(3)
+      !> In body axes.
+      real(wp) :: v(3)
+
+      v(1) = r(1, 1)*u(1) + r(2, 1)*u(2) + r(3, 1)*u(3)
+      v(2) = r(1, 2)*u(1) + r(2, 2)*u(2) + r(3, 2)*u(3)
+      v(3) = r(1, 3)*u(1) + r(2, 3)*u(2) + r(3, 3)*u(3)
+   end function turned_back
 
    !> xdot = {v; q {0, W}/2}.
    pure subroutine pose_rate(x, u, rate)

@@ -14,7 +14,7 @@ module taut_model_rigid_bodies
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity
+   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity, turned, turned_back
    use taut_rotation, only: cross, matrix_of_quaternion
    implicit none (type, external)
    private
@@ -133,8 +133,8 @@ contains
       type(state_t), intent(in) :: at
       !> The mass matrix.
       type(block_diagonal_t), intent(inout) :: m
-      real(wp) :: block(6, 6), r(3, 3)
-      integer :: b, k
+      real(wp) :: axis(3), block(6, 6), column(3), r(3, 3)
+      integer :: b, i, k
 
       do b = 1, size(self%bodies)
          associate (body => self%bodies(b))
@@ -143,10 +143,16 @@ contains
             do k = 1, 3
                block(k, k) = body%m
                ! Column k of s x R^T: s x (the global axis k in body axes).
-               block(4:6, k) = cross(body%s, r(k, :))
+               do i = 1, 3
+                  axis(i) = r(k, i)
+               end do
+               column = cross(body%s, axis)
+               do i = 1, 3
+                  block(3 + i, k) = column(i)
+                  block(k, 3 + i) = column(i)
+                  block(3 + i, 3 + k) = body%j(i, k)
+               end do
             end do
-            block(1:3, 4:6) = transpose(block(4:6, 1:3))
-            block(4:6, 4:6) = body%j
          end associate
          call m%set_block(b, block)
       end do
@@ -160,16 +166,22 @@ contains
       type(state_t), intent(in) :: at
       !> f: (n).
       real(wp), intent(out) :: value(:)
-      real(wp) :: omega(3), r(3, 3)
-      integer :: b
+      real(wp) :: f(3), m(3), omega(3), r(3, 3)
+      integer :: b, i
 
       do b = 1, size(self%bodies)
          associate (body => self%bodies(b))
             r = matrix_of_quaternion(at%x(7*b - 3:7*b))
-            omega = at%v(6*b - 2:6*b)
-            value(6*b - 5:6*b - 3) = body%m*self%gravity - matmul(r, cross(omega, cross(omega, body%s)))
-            value(6*b - 2:6*b) = cross(body%s, matmul(self%gravity, r)) - cross(omega, matmul(body%j, omega))
+            do i = 1, 3
+               omega(i) = at%v(6*b - 3 + i)
+            end do
+            f = body%m*self%gravity - turned(r, cross(omega, cross(omega, body%s)))
+            m = cross(body%s, turned_back(r, self%gravity)) - cross(omega, turned(body%j, omega))
          end associate
+         do i = 1, 3
+            value(6*b - 6 + i) = f(i)
+            value(6*b - 3 + i) = m(i)
+         end do
       end do
    end subroutine force
 
@@ -179,6 +191,8 @@ contains
       integer, intent(in) :: body
       real(wp), intent(in) :: point(3)
       real(wp), intent(out) :: r(3, 3), arm(3), position(3), centrifugal(3)
+      real(wp) :: omega(3)
+      integer :: i
 
       if (body == 0) then
          r = 0.0_wp
@@ -189,10 +203,12 @@ contains
       end if
       r = matrix_of_quaternion(at%x(7*body - 3:7*body))
       arm = point
-      position = at%x(7*body - 6:7*body - 4) + matmul(r, point)
-      associate (omega => at%v(6*body - 2:6*body))
-         centrifugal = matmul(r, cross(omega, cross(omega, point)))
-      end associate
+      position = turned(r, point)
+      do i = 1, 3
+         position(i) = position(i) + at%x(7*body - 7 + i)
+         omega(i) = at%v(6*body - 3 + i)
+      end do
+      centrifugal = turned(r, cross(omega, cross(omega, point)))
    end subroutine follow
 
    !> phi: the distance between the points of each joint, in global axes [m].
@@ -234,15 +250,21 @@ contains
       subroutine add(body, point, sign_of)
          integer, intent(in) :: body
          real(wp), intent(in) :: point(3), sign_of
-         real(wp) :: arm(3), centrifugal(3), position(3), r(3, 3)
-         integer :: i
+         real(wp) :: arm(3), axis(3), centrifugal(3), position(3), r(3, 3), row(3)
+         integer :: i, j
 
          if (body == 0) return
          call follow(at, body, point, r, arm, position, centrifugal)
          do i = 1, 3
             a(3*k - 3 + i, 6*body - 6 + i) = sign_of
             ! Row i of -R p x: p x (the global axis i in body axes).
-            a(3*k - 3 + i, 6*body - 2:6*body) = sign_of*cross(arm, r(i, :))
+            do j = 1, 3
+               axis(j) = r(i, j)
+            end do
+            row = cross(arm, axis)
+            do j = 1, 3
+               a(3*k - 3 + i, 6*body - 3 + j) = sign_of*row(j)
+            end do
          end do
       end subroutine add
 
