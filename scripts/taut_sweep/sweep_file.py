@@ -17,7 +17,7 @@ PLOT_KEYS = ("name", "title", "x", "y", "z", "lines", "points", "contours", "log
 TAKEN = (
     *("run", "case", "method", "t", "status", "t_end", "steps", "rejected", "rhs_evaluations"),
     *("projection_iterations", "max_phi", "max_phidot", "max_phiddot", "energy_drift", "min_rank"),
-    "wall_seconds",
+    *("note", "wall_seconds"),
 )
 TAKES = ("max", "min", "abs-max", "max-change", "mean", "final")
 

@@ -12,7 +12,7 @@ COLUMNS = (
 )
 SUMMARY = (
     "case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,max_phi,max_phidot,max_phiddot,"
-    "energy_drift,min_rank,wall_seconds"
+    "energy_drift,min_rank,note,wall_seconds"
 )
 MODEL = {
     "omega": 40.0,
@@ -95,7 +95,7 @@ def write_blade(root: Path, case: str, methods: dict[str, Blade]) -> None:
         rows = history(made)
         np.savetxt(folder / f"{method}.csv", rows, delimiter=",", header=COLUMNS, comments="")
         phi, phidot = np.abs(rows[:, 6]).max(), np.abs(rows[:, 7]).max()
-        ended = f"{made.status},2.0,{made.steps},{made.rejected},0,0,{phi},{phidot},1e-15,0.0,1,0.01"
+        ended = f"{made.status},2.0,{made.steps},{made.rejected},0,0,{phi},{phidot},1e-15,0.0,1,,0.01"
         lines.append(f"{case},{method},{ended}")
     (folder / "summary.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -12,7 +12,7 @@ from taut_report.pendulum_measures import GRAVITY, MAX_TENSION
 COLUMNS = "t,h,x,z,vx,vz,phi,phidot,phiddot,phi_raw,phidot_raw,energy,mu,lambda,rank"
 SUMMARY = (
     "case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,max_phi,max_phidot,max_phiddot,"
-    "energy_drift,min_rank,wall_seconds"
+    "energy_drift,min_rank,note,wall_seconds"
 )
 
 
@@ -96,7 +96,7 @@ def write_case(root: Path, case: str, methods: dict[str, Made]) -> None:
         np.savetxt(folder / f"{method}.csv", history(made), delimiter=",", header=COLUMNS, comments="")
         errors = f"{made.phi},{made.phidot},1e-15"
         errors = f"{made.phi},{made.phidot},1e-15"
-        lines.append(f"{case},{method},{made.status},10.0,{made.steps},0,0,0,{errors},{made.energy},1,0.01")
+        lines.append(f"{case},{method},{made.status},10.0,{made.steps},0,0,0,{errors},{made.energy},1,,0.01")
     (folder / "summary.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -11,7 +11,7 @@ COLUMNS = "t,h,x,vx,phi,phidot,phiddot,phi_raw,phidot_raw,energy,mu1,mu2,lambda1
 )
 SUMMARY = (
     "case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,max_phi,max_phidot,max_phiddot,"
-    "energy_drift,min_rank,wall_seconds"
+    "energy_drift,min_rank,note,wall_seconds"
 )
 FREQUENCIES = (
     ("0.443067", "bending", "symmetric"),
@@ -86,7 +86,7 @@ def write_run(root: Path, case: str, method: str, made: Swung) -> None:
     np.savetxt(folder / f"{method}.csv", rows, delimiter=",", header=COLUMNS, comments="")
     errors = f"{made.phi},{made.phi},1e-15"
     line = f"{case},{method},{made.status},{rows[-1, 0]},{made.steps},12,{6 * made.steps},{5 * made.steps}"
-    (folder / "summary.csv").write_text(f"{SUMMARY}\n{line},{errors},0.064,2,0.1\n", encoding="utf-8")
+    (folder / "summary.csv").write_text(f"{SUMMARY}\n{line},{errors},0.064,2,,0.1\n", encoding="utf-8")
     lines = [f"{method},{name},{t}" for name, t in EVENTS.items() if made.t_end > t]
     # A second alignment comes later and does not count.
     lines += [f"{method},link-AC,{0.95 * made.t_end}"] * bool(lines)
