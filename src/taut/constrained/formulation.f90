@@ -185,7 +185,7 @@ contains
       type(state_t), intent(inout) :: at
       integer :: i
 
-      at%t = t
+      at%t = min(max(t, self%t_low), self%t_high)
       do i = 1, self%model%n_x
          at%x(i) = y(i)
       end do
@@ -241,7 +241,7 @@ contains
       n = self%model%n
       n_x = self%model%n_x
       is_packed = .false.
-      if (abs(t - self%at%t) > 0.0_wp) return
+      if (abs(min(max(t, self%t_low), self%t_high) - self%at%t) > 0.0_wp) return
       do i = 1, n_x
          if (abs(y(i) - self%at%x(i)) > 0.0_wp) return
       end do

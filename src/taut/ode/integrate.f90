@@ -188,8 +188,12 @@ contains
 
       do
          last = self%stop == size(self%stops)
-         if (.not. self%under_way) then
-            call self%step%begin(ode, self%stops(self%stop), self%info)
+         if (self%under_way) then
+            call self%step%apply_bounds(ode)
+         else
+            self%info = rhs_ok
+            if (self%stop > 1) call self%step%cross(ode, self%stops(self%stop), self%info)
+            if (self%info == rhs_ok) call self%step%begin(ode, self%stops(self%stop), self%info)
             if (self%info /= rhs_ok) call fail(ode, self%info, self%step%t, result)
             if (self%stop == 1 .and. present(observer) .and. result%status == status_not_started) &
                call show(ode, self%step%t, 0.0_wp, self%step%y, result, observer)
@@ -205,6 +209,8 @@ contains
          self%stop = self%stop + 1
          self%under_way = .false.
       end do
+      ode%t_low = -huge(1.0_wp)
+      ode%t_high = huge(1.0_wp)
       t = self%step%t
       y(:) = self%step%y
       result%t = t

@@ -31,6 +31,8 @@ module taut_ode_step
    contains
       procedure :: init
       procedure :: set_bounds
+      procedure :: apply_bounds
+      procedure :: cross
       procedure :: begin
       procedure :: try
       procedure :: accept
@@ -73,6 +75,34 @@ contains
       self%t_high = max(nearest(self%t, self%direction), nearest(stop_time, -self%direction))
    end subroutine set_bounds
 
+   !> Tells a system the times between which it is looked at.
+   subroutine apply_bounds(self, ode)
+      !> The step.
+      class(step_t), intent(in) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+
+      ode%t_low = self%t_low
+      ode%t_high = self%t_high
+   end subroutine apply_bounds
+
+   !> Behind a breakpoint: a drive that has begun to move there asks for other velocities, as a blow would.
+   subroutine cross(self, ode, stop_time, info)
+      !> The step, at the breakpoint; its state is replaced by the one on the system's invariants behind it.
+      class(step_t), intent(inout) :: self
+      !> What is integrated.
+      class(ode_system_t), intent(inout) :: ode
+      !> The next stop [s].
+      real(wp), intent(in) :: stop_time
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      logical :: stale
+
+      call self%set_bounds(stop_time)
+      call self%apply_bounds(ode)
+      call ode%project(self%t, self%y, .false., stale, info)
+   end subroutine cross
+
    !> One evaluation of the right-hand side, with entries that are not finite answered by `rhs_retry`.
    subroutine evaluate(self, ode, t, y, dydt, info)
       type(step_t), intent(inout) :: self
@@ -82,7 +112,7 @@ contains
       real(wp), intent(out), contiguous :: dydt(:)
       integer, intent(out) :: info
 
-      call ode%rhs(min(max(t, self%t_low), self%t_high), y, dydt, info)
+      call ode%rhs(min(max(t, ode%t_low), ode%t_high), y, dydt, info)
       self%evaluations = self%evaluations + 1
       ! Checked at each stage, so that no right-hand side is given a state that is not a number.
       if (info == rhs_ok .and. .not. finite(dydt)) info = rhs_retry
@@ -133,6 +163,7 @@ contains
       integer :: retried
 
       call self%set_bounds(stop_time)
+      call self%apply_bounds(ode)
       call self%control%renew()
       call evaluate(self, ode, self%t, self%y, self%k(:, 1), info)
       if (info /= rhs_ok) return

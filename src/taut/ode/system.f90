@@ -18,6 +18,9 @@ module taut_ode_system
       !> Whether a step is rejected when its projection moves the state by more than the integrator's `projection_limit`: it
       !! makes no sense where violations gather over many steps before they are corrected.
       logical :: limits_projection = .true.
+      !> Times between which the system is looked at [s], set by the integrator: inside two breakpoints, where a load or a drive
+      !! may jump. A state at a breakpoint belongs to the stretch before it, until the next one begins.
+      real(wp) :: t_low = -huge(1.0_wp), t_high = huge(1.0_wp)
    contains
       procedure(right_hand_side), deferred :: rhs
       procedure :: project => project_nothing
