@@ -1,4 +1,4 @@
-"""Drives whose velocity jumps: the motion follows them at once, and nothing looks behind a kink at the end."""
+"""Drives whose velocity jumps: the motion follows them at once; a kink at the end is not looked behind."""
 
 import csv
 import subprocess
