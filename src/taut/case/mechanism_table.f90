@@ -8,7 +8,8 @@ module taut_case_mechanism_table
 
 contains
 
-   !> Reads the first two columns: times and values. Lines that begin with # or a letter are headings.
+   !> Reads times and values: two numbers a row, a comma between them. Rows that begin with # are remarks, the first of the
+   !! others may be a heading.
    subroutine read_table(case_path, path, times, values, error)
       !> The case file, whose folder the path starts from; the CSV file.
       character(*), intent(in) :: case_path, path
@@ -20,7 +21,7 @@ contains
       character(len=200) :: message
       character(len=1000) :: line
       integer :: number, status, unit
-      logical :: exists
+      logical :: exists, first, fits
       real(wp) :: row(2)
 
       allocate (times(0), values(0))
@@ -37,22 +38,84 @@ contains
          return
       end if
       number = 0
+      first = .true.
       do
          read (unit, '(a)', iostat=status) line
          if (status /= 0) exit
          number = number + 1
-         line = adjustl(line)
-         if (len_trim(line) == 0 .or. scan(line(1:1), '0123456789+-.') == 0) cycle
-         read (line, *, iostat=status) row
-         if (status /= 0) then
-            call raise(error, '', 'line '//to_text(number)//' of the table '//whole//' has no two numbers', &
-                       'write time,value in each line')
+         call blank_out(line)
+         if (len_trim(line) == 0 .or. line(1:1) == '#') cycle
+         call read_row(line, row, fits)
+         if (fits) then
+            times = [times, row(1)]
+            values = [values, row(2)]
+         else if (.not. (first .and. is_heading(line))) then
+            call raise(error, '', 'line '//to_text(number)//' of the table '//whole//' is not two numbers with a comma '// &
+                       'between them: '//line(:min(40, len_trim(line))), 'write time,value in each line, with decimal points')
             exit
          end if
-         times = [times, row(1)]
-         values = [values, row(2)]
+         first = .false.
       end do
       close (unit)
+      if (size(times) < 2) call raise(error, '', 'the table '//whole//' has fewer than two rows of numbers', &
+                                      'write time,value in each line')
    end subroutine read_table
+
+   !> Other white space than blanks becomes blanks, those in front go.
+   pure subroutine blank_out(line)
+      character(*), intent(inout) :: line
+      !> The mark with which some programs begin a file in UTF-8.
+      character(*), parameter :: mark = char(239)//char(187)//char(191)
+      integer :: i
+
+      if (index(line, mark) == 1) line = line(len(mark) + 1:)
+      do i = 1, len(line)
+         if (ichar(line(i:i)) < 32) line(i:i) = ' '
+      end do
+      line = adjustl(line)
+   end subroutine blank_out
+
+   !> Whether a line has names, and no number.
+   pure logical function is_heading(line)
+      character(*), intent(in) :: line
+      real(wp) :: value
+      integer :: comma
+
+      comma = index(line, ',')
+      is_heading = scan(line(1:1), '0123456789+-.,;') == 0
+      if (comma == 0 .or. .not. is_heading) return
+      call read_number(line(comma + 1:), value, is_heading)
+      is_heading = .not. is_heading
+   end function is_heading
+
+   !> Two numbers and the comma between them.
+   pure subroutine read_row(line, row, fits)
+      character(*), intent(in) :: line
+      real(wp), intent(out) :: row(2)
+      logical, intent(out) :: fits
+      integer :: comma
+
+      row = 0.0_wp
+      comma = index(line, ',')
+      fits = comma > 0
+      if (fits) call read_number(line(:comma - 1), row(1), fits)
+      if (fits) call read_number(line(comma + 1:), row(2), fits)
+   end subroutine read_row
+
+   !> One number and nothing else.
+   pure subroutine read_number(text, value, fits)
+      character(*), intent(in) :: text
+      real(wp), intent(out) :: value
+      logical, intent(out) :: fits
+      character(len=len(text)) :: word
+      integer :: status
+
+      value = 0.0_wp
+      word = adjustl(text)
+      fits = len_trim(word) > 0 .and. verify(trim(word), '0123456789+-.eEdD') == 0
+      if (.not. fits) return
+      read (word, *, iostat=status) value
+      fits = status == 0
+   end subroutine read_number
 
 end module taut_case_mechanism_table
