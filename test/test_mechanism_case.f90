@@ -740,7 +740,8 @@ contains
       name = to_text(process_id())//'_table.csv'
       call make_folder('build/scratch')
       text = '&point_mass name = "m", mass = 1.0 /'//lf//'&function name = "g", kind = "table", table = "'//name//'" /'//lf// &
-             '&joint name = "j", type = "coordinate", body_2 = "m", axis = 1.0, 0.0, 0.0, drive = "g" /'
+             '&joint name = "j", type = "coordinate", body_2 = "m", axis = 1.0, 0.0, 0.0, drive = "g" /'//lf// &
+             '&integration t_end = 0.75 /'
       open (newunit=unit, file='build/scratch/'//name, action='write', status='replace')
       write (unit, '(a)') 'time,value'
       do i = 0, 10
@@ -762,6 +763,37 @@ contains
       if (allocated(error)) call check(failure, index(error%line(), &
                ':2: &function "g": its table is not increasing in time: row 3') &
                                        > 0, error%line())
+      call refuse('0;0'//lf//'1;0,1', 'line 1 of the table')
+      call refuse('t,g'//lf//'0,0'//lf//'1;0,1', 'line 3 of the table')
+      call refuse('t;g'//lf//'0.0,0.0,0.0'//lf//'1.0,0.0,0.0', 'line 2 of the table')
+      call refuse('a,b'//lf//'c,d', 'line 2 of the table')
+      call refuse('nan,1'//lf//'0,0'//lf//'1,1', 'line 1 of the table')
+      call refuse('0.0 0.0'//lf//'1.0 0.0', 'line 1 of the table')
+      call refuse('0,0'//lf//'1/,2', 'line 2 of the table')
+      call refuse('t,g'//lf//'0,0', 'fewer than two rows')
+      ! The run is from 0 to 0.75 s.
+      call refuse('0,0'//lf//'0.5,1', 'its table goes from t = 0 s to 0.5000 s, the run from 0 s to 0.7500 s')
+      call refuse('0.1,0'//lf//'1.0,1', 'its table goes from t = 0.1000 s to 1.0000 s')
+
+   contains
+
+      subroutine refuse(rows, complaint)
+         character(*), intent(in) :: rows, complaint
+
+         if (allocated(failure)) return
+         open (newunit=unit, file='build/scratch/'//name, action='write', status='replace')
+         write (unit, '(a)') rows
+         close (unit)
+         if (allocated(error)) deallocate (error)
+         call load(text, file, error)
+         if (.not. allocated(error)) call read_mechanism(file, run%model, run%start, run%settings, run%report, error)
+         call remove_file('build/scratch/'//name)
+         call check(failure, allocated(error), 'it is taken: '//rows)
+         if (.not. allocated(error)) return
+         call check(failure, index(error%line(), ':2: &function "g": ') > 0 .and. index(error%line(), complaint) > 0, &
+                    'wanted "'//complaint//'", got: '//error%line())
+      end subroutine refuse
+
    end subroutine table_drive
 
    !> The pendulum passes the bottom at a quarter of its period; a rod's period has the closed form 4 K(1/sqrt 2) sqrt(2 L/(3 g)).
@@ -805,30 +837,59 @@ contains
       character(:), allocatable, intent(inout) :: failure
       character(*), parameter :: ball = '&body name = "ball", mass = 1.0, shape = "sphere", radius = 0.1, position = 1.0, '// &
                '0.0, 0.0 /'
+      character(*), parameter :: rod = '&body name = "rod", mass = 1.0, shape = "rod", thickness = 0.1, from = 0.0, 0.0, 0.0, '// &
+                                 'to = 1.0, 0.0, 0.0 /'
+      character(*), parameter :: hinge = '&joint name = "hinge", type = "revolute", body_2 = "rod", point = 0.0, 0.0, 0.0, '// &
+                                 'axis = 0.0, 1.0, 0.0'
 
       call expect(ball//lf//'&joint name = "j", type = "spherical", body_2 = "bal" /', &
                ':2: &joint "j": body_2 = "bal": there is no')
       call expect(ball//lf//lf//ball, ':3: &body "ball": the name is taken')
       call expect(ball//lf//'&joint name = "d", type = "distance", body_2 = "ball", point_1 = 0.0, 0.0, 0.0 /'//lf// &
                   '&joint name = "e", type = "distance", body_2 = "ball", point_1 = 5.0, 0.0, 0.0, length = 0.5 /', &
-                  '": it stays open by')
+                  ':3: &joint "e": it is open by 3.5000 at the start')
+      ! A rod on a hinge whose end is to be where it cannot: the hinge was closed at the start.
+      call expect(rod//lf//hinge//' /'//lf//'&joint name = "far", type = "spherical", body_2 = "rod", point_1 = 3.0, 0.0, 0.0, '// &
+                  'point_2 = 1.0, 0.0, 0.0 /', ':3: &joint "far": it is open by 2.0000 at the start')
+      call expect(rod//lf//hinge//', drive_angle = "g" /'//lf//'&joint name = "j", type = "revolute", body_2 = "rod", '// &
+                  'point = 0.0, 0.0, 0.0, axis = 0.0, 1.0, 0.0, drive_angle = "h" /'//lf// &
+                  '&function name = "g", kind = "ramp", rate = 1.0 /'//lf//'&function name = "h", kind = "ramp", rate = 2.0 /', &
+                  ':2: &joint "hinge": the velocities of "hinge" (drive_angle "g"), "j" (drive_angle "h") contradict')
+      call expect('&mechanism hold = "rod" /'//lf//rod//lf//hinge//', drive_angle = "g" /'//lf// &
+                  '&function name = "g", kind = "ramp", rate = 1.0 /', ':3: &joint "hinge": the velocities of "hinge" (drive_angle')
+      call expect(rod//lf//'&joint name = "rod", type = "spherical", body_2 = "rod", point = 0.0, 0.0, 0.0 /', &
+                  ':2: &joint "rod": the name is taken')
+      call expect(rod//lf//'&point name = "tip", body = "rod", position = 1.0, 0.0, 0.0 /'//lf// &
+                  '&joint name = "tip", type = "spherical", body_2 = "rod", point = 1.0, 0.0, 0.0 /', &
+                  ':3: &joint "tip": the name is taken')
+      call expect(rod//lf//'&joint name = "j", type = "spherical", body_2 = "rod" /', ':2: &joint "j": it has no point')
+      call expect(rod//lf//'&joint name = "j", type = "universal", body_2 = "rod", point = 0.0, 0.0, 0.0, axis_1 = 1.0, 0.0, '// &
+                  '0.0, axis_2 = 1.0, 1.0, 0.0 /', 'axis_1 and axis_2 must be at right angles')
+      call expect(rod//lf//'&joint name = "j", type = "universal", body_2 = "rod", point = 0.0, 0.0, 0.0, axis_1 = 1.0, 0.0, '// &
+                  '0.0, axis_2 = 2.0, 0.0, 0.0, frame = "body" /', 'axis_1 and axis_2 must be at right angles')
+      call expect(rod//lf//hinge//' /'//lf//'&damper name = "d", joint = "hinge", damping = -1.0 /', &
+                  'damping = -1.0000 is negative')
+      call expect('&body name = "b", inertia = 1, 1, 1 /', ':1: &body "b": it has no mass')
+      call expect('&point_mass name = "b" /', ':1: &point_mass "b": it has no mass')
       call expect('&body name = "b", mass = 0.0, inertia = 1, 1, 1 /', ':1: &body "b": its mass is 0 kg')
       call expect('&body name = "b", mass = 1.0, inertia = 1, 1, 3 /', ':1: &body "b": its inertia breaks the triangle inequality')
       call expect('&body name = "b", mass = 1.0 /', 'it has neither inertia nor shape')
-      call expect(ball//lf//'&joint name = "j", type = "revolute", body_2 = "ball", axis = 0.0, 0.0, 0.0 /', &
+      call expect(ball//lf//'&joint name = "j", type = "revolute", body_2 = "ball", point = 0.0, 0.0, 0.0, '// &
+                  'axis = 0.0, 0.0, 0.0 /', &
                   ':2: &joint "j": its axis has the length zero')
       call expect(ball//lf//'&joint name = "j", type = "spherical", body_1 = "ball", body_2 = "ball" /', &
                   ':2: &joint "j": it joins "ball" to itself')
       call expect(ball//lf//'&joint name = "j", type = "hinge", body_2 = "ball" /', 'there is no joint type "hinge"')
       call expect(ball//lf//'&function name = "g", kind = "table", table = "nowhere.csv" /', ':2: &function "g": there is no table')
       call expect(ball//lf//'&function name = "g", kind = "step", amplitude = 1.0 /'//lf// &
-                  '&joint name = "j", type = "revolute", body_2 = "ball", axis = 0.0, 0.0, 1.0, drive_angle = "g" /', 'jumps')
+                  '&joint name = "j", type = "revolute", body_2 = "ball", point = 0.0, 0.0, 0.0, axis = 0.0, 0.0, 1.0, '// &
+                  'drive_angle = "g" /', 'jumps')
       call expect(ball//lf//'&joint name = "j", type = "spherical", body_2 = "ball", typo = 1 /', 'there is no entry typo')
       call expect(ball//lf//'&spring name = "s", body_1 = "ball", body_2 = "ball", stiffness = 1.0 /', 'to itself')
       call expect('&mechanism planar = .true. /'//lf//'&body name = "b", mass = 1.0, inertia = 1.0, position = 0.0, 0.0, 1.0 /', &
                   ':2: &body "b": it leaves the plane')
       call expect('&mechanism planar = .true. /'//lf//'&body name = "b", mass = 1.0, inertia = 1.0 /'//lf// &
-                  '&joint name = "j", type = "universal", body_2 = "b", axis_1 = 1.0, 0.0, axis_2 = 0.0, 1.0 /', &
+                  '&joint name = "j", type = "universal", body_2 = "b", point = 0.0, 0.0, axis_1 = 1.0, 0.0, axis_2 = 0.0, 1.0 /', &
                   'no meaning in the plane')
       call expect('&body name = "b", mass = 1.0, shape = "sphere", radius = 1.0, repeat = 3 /', 'has no #')
       call expect('&mechanism hold = "nothing" /'//lf//ball, 'there is no coordinate "nothing"')

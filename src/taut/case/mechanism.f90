@@ -12,7 +12,8 @@ module taut_case_mechanism
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: state_t
    use taut_model_mechanism, only: event_t, mechanism_t
-   use taut_model_mechanism_assembly, only: assemble_holding, hold_coordinate, worst_joint
+   use taut_model_mechanism_assembly, only: assemble_holding, contradicting_velocities, hold_coordinate, worst_joint
+   use taut_model_mechanism_function, only: function_table
    use taut_model_mechanism_joint, only: type_coordinate, type_cylindrical, type_distance, type_prismatic, type_revolute
    use taut_model_mechanism_report, only: mechanism_report_t, report_start
    implicit none (type, external)
@@ -59,6 +60,7 @@ contains
       call start_parts(parts)
       call read_all(file, parts, hold, error)
       if (.not. allocated(error)) call read_settings(file, settings, error, weight='mass', more_output='joints')
+      if (.not. allocated(error)) call check_tables(file, parts%model, settings, error)
       if (allocated(error)) return
       call parts%model%complete(error)
       if (allocated(error)) then
@@ -68,6 +70,54 @@ contains
       model = parts%model
       call assemble(file, hold, model, start, settings, report, error)
    end subroutine read_mechanism
+
+   !> A table that drives a joint or scales a load must reach over the whole run.
+   subroutine check_tables(file, model, settings, error)
+      type(namelist_file_t), intent(in) :: file
+      type(mechanism_t), intent(in) :: model
+      type(settings_t), intent(in) :: settings
+      type(error_t), allocatable, intent(inout) :: error
+      type(analysis_t) :: analysis
+      integer :: i
+
+      call read_analysis(file, analysis, error)
+      if (allocated(error) .or. analysis%kind /= 'dynamics') return
+      do i = 1, size(model%joints)
+         call check_range(model%joints(i)%drive)
+         call check_range(model%joints(i)%angle_drive)
+      end do
+      do i = 1, size(model%loads)
+         call check_range(model%loads(i)%factor)
+      end do
+
+   contains
+
+      !> One function; 0 is none.
+      subroutine check_range(number)
+         integer, intent(in) :: number
+         integer :: k, met
+
+         if (number == 0 .or. allocated(error)) return
+         associate (it => model%functions(number))
+            if (it%kind /= function_table) return
+            associate (first => it%times(1), last => it%times(size(it%times)))
+               if (first > settings%t_start .or. last < settings%t_end) &
+                  call raise(error, '', 'its table goes from t = '//to_text(first)// &
+                             ' s to '//to_text(last)//' s, the run from '//to_text(settings%t_start)//' s to '// &
+                             to_text(settings%t_end)//' s', 'add rows to the table, or change t_start and t_end of &integration')
+            end associate
+            ! Every &function group made one function.
+            met = 0
+            do k = 1, size(file%groups)
+               if (file%groups(k)%name == 'function') met = met + 1
+               if (met < number) cycle
+               call locate_named(file, file%groups(k), it%name, error)
+               return
+            end do
+         end associate
+      end subroutine check_range
+
+   end subroutine check_tables
 
    !> &analysis.
    subroutine read_analysis(file, chosen, error)
@@ -280,7 +330,6 @@ contains
       type(start_report_t) :: consistent
       type(state_t) :: given_start
       logical :: held(model%n)
-      real(wp) :: open_by
       integer :: i
 
       start = model%start_state()
@@ -296,16 +345,41 @@ contains
          if (allocated(error)) error%what = 'the mechanism cannot be assembled ('//error%what//')'
       end if
       if (allocated(error)) then
-         error%where = file%path//': mechanism'
-         call worst_joint(model, start, i, open_by)
-         if (i == 0 .or. index(error%what, 'assembled') == 0) return
-         associate (joint => model%joints(i))
-            error%where = file%path//':'//to_text(joint%line)//': &joint "'//joint%name//'"'
-            error%what = 'it stays open by '//to_text(open_by)//': '//error%what
-         end associate
-         return
+         call blame(file, model, given_start, start, error)
+      else
+         call report_start(model, given_start, start, consistent%rank, report)
       end if
-      call report_start(model, given_start, start, consistent%rank, report)
    end subroutine assemble
+
+   !> Names the joint that was open at the start and stays so, or those whose velocities contradict each other.
+   subroutine blame(file, model, given_start, reached, error)
+      type(namelist_file_t), intent(in) :: file
+      type(mechanism_t), intent(in) :: model
+      type(state_t), intent(in) :: given_start, reached
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: names
+      real(wp) :: left, open_by
+      integer :: i
+
+      error%where = file%path//': mechanism'
+      if (index(error%what, 'coordinate "') > 0) return
+      ! What names a row by its number is said better here.
+      i = index(error%what, ' (the constraints are inconsistent') + index(error%what, ' (the velocity constraints are inconsistent')
+      if (i > 0) error%what = error%what(:i - 1)
+      call worst_joint(model, reached, i, left)
+      if (left > 1.0e-9_wp) then
+         call worst_joint(model, given_start, i, open_by)
+         error%what = 'it is open by '//to_text(open_by)//' at the start, and the worst joint stays open by '//to_text(left)// &
+                      ': '//error%what
+      else
+         call contradicting_velocities(model, reached, names, i, left)
+         if (i == 0) return
+         error%what = 'the velocities of '//names//' contradict each other or what is held, '//to_text(left)// &
+                      ' is left: '//error%what
+      end if
+      associate (joint => model%joints(i))
+         error%where = file%path//':'//to_text(joint%line)//': &joint "'//joint%name//'"'
+      end associate
+   end subroutine blame
 
 end module taut_case_mechanism

@@ -66,6 +66,7 @@ contains
          if (status /= 0) call file%complain(group, i, message, names, error)
       end do
       call check_repeat(repeat, name, error)
+      if (.not. given(group, 'mass')) call raise(error, '', 'it has no mass', 'give mass in kg')
       if (count([given(group, 'orientation'), given(group, 'quaternion'), given(group, 'angle'), given(group, 'from')]) > 1) &
          call raise(error, '', 'its orientation is given in more than one way', &
                     'give one of angle, orientation, quaternion or from, to')
@@ -225,6 +226,7 @@ contains
          if (status /= 0) call file%complain(group, i, message, names, error)
       end do
       call check_repeat(repeat, name, error)
+      if (.not. given(group, 'mass')) call raise(error, '', 'it has no mass', 'give mass in kg')
       do i = 1, repeat
          body = body_t()
          body%name = expand(name, first + i - 1)

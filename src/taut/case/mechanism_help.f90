@@ -19,8 +19,8 @@ contains
       text = text//'digits, - and _; the ground is called "ground". Vectors have three numbers; missing ones are zero.'//nl
       text = text//nl
       text = text//'&mechanism   planar (.false.): every body moves in the plane x-y; hold: coordinates that the '// &
-             'assembly keeps, such as "crank",'//nl
-      text = text//'             "rod.x", "rod.angle" (plane), "rod.orientation" (space)'//nl
+             'assembly keeps, and their'//nl
+      text = text//'             velocities too, such as "crank", "rod.x", "rod.angle" (plane), "rod.orientation" (space)'//nl
       text = text//'&gravity     acceleration (0, 0, -9.81; in the plane 0, -9.81); without the group there is none'//nl
       text = text//'&body        name, mass; position of the center of mass (0, 0, 0); one of angle (about z), '// &
              'orientation (rotation vector),'//nl
@@ -38,8 +38,9 @@ contains
       text = text//'&point       name, body, position, frame: a point of a body, written out; position_step'//nl
       text = text//'&joint       name, type, body_1 ("ground"), body_2: bodies, point masses, points or "ground"; '// &
              'point: shared, or point_1 and'//nl
-      text = text//'             point_2 (a side without one takes the other''s; a distance: the center of mass); axis, '// &
-             'or axis_1 and axis_2;'//nl
+      text = text//'             point_2 (a side without one takes the other''s; a distance, a coordinate: the center of '// &
+             'mass); axis, or axis_1'//nl
+      text = text//'             and axis_2 (of a universal joint: at right angles);'//nl
       text = text//'             frame ("global": at the start; "body": point_1, point_2, axis_1, axis_2 in body axes); '// &
              'drive, drive_angle: names'//nl
       text = text//'             of functions; point_step. Types and their rows in space and plane:'//nl
@@ -59,17 +60,20 @@ contains
              '(0); step: offset to offset +'//nl
       text = text//'             amplitude from start (0) to finish (start: a jump, for loads only), two smooth '// &
              'derivatives; polynomial: offset +'//nl
-      text = text//'             sum of coefficients(k) t^k, up to 20; table: CSV file of times and values beside the '// &
-             'case file, cubic spline'//nl
+      text = text//'             sum of coefficients(k) t^k, up to 20; table: cubic spline through a CSV file, table = '// &
+             '"FILE.csv" (path from the'//nl
+      text = text//'             folder of the case file) with rows time,value; it must reach from t_start to t_end'//nl
       text = text//'&force       name, body, value, point (center of mass), follow (.false.: keeps its direction; '// &
              '.true.: turns with the body),'//nl
       text = text//'             function: name of a factor'//nl
       text = text//'&moment      the same with value in N m'//nl
       text = text//'&spring      name, body_1 ("ground"), point_1, body_2, point_2 (centers of mass), frame ("global"), '// &
              'or joint: about the axis of'//nl
-      text = text//'             a revolute or cylindrical one, within half a turn of free_angle; stiffness (0), '// &
-             'damping (0), free_length or'//nl
-      text = text//'             free_angle (that at the start), preload (0; tension is positive)'//nl
+      text = text//'             a revolute or cylindrical one, within half a turn of free_angle; stiffness (0; a '// &
+             'negative one drives away from'//nl
+      text = text//'             the free length), damping (0; not negative), free_length or free_angle (that at the '// &
+             'start), preload (0; tension'//nl
+      text = text//'             is positive)'//nl
       text = text//'&damper      the same'//nl
       text = text//'&beam        name, from, to, elements (4), young [Pa], poisson (0.3), density, thickness (along '// &
              'axis_2), width, axis_2 (0, 1, 0),'//nl
@@ -77,9 +81,9 @@ contains
       text = text//'&event       name, joint, quantity ("angle", "displacement"), value; or point and quantity "x", '// &
              '"y", "z"; an angle also passes'//nl
       text = text//'             half a turn away'//nl
-      text = text//'&analysis    kind ("dynamics"; "equilibrium"; "modes" about the equilibrium), steps (1) of the '// &
-             'equilibrium''s load, number (10)'//nl
-      text = text//'             of modes'//nl
+      text = text//'&analysis    kind ("dynamics"; "equilibrium"; "modes" about the equilibrium, of the mechanism '// &
+             'without damping), steps (1) of'//nl
+      text = text//'             the equilibrium''s load, number (10) of modes'//nl
       text = text//'&output      dt [s] (0: every step), joints ("all"; "none"; names): whose reactions are written'//nl
       text = text//'&integration, &method  as in all apps; the default weight is "mass"'//nl
       text = text//nl

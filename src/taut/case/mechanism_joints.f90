@@ -165,6 +165,11 @@ contains
                        'leave body_1 out, or use a prismatic joint')
          made%body_1 = one%body
          made%body_2 = two%body
+         if (.not. (any(made%type == [type_distance, type_coordinate]) .or. one%is_point .or. two%is_point .or. &
+                    given(group, 'point') .or. given(group, 'point_1') .or. given(group, 'point_2'))) then
+            call raise(error, '', 'it has no point', 'give point = x, y, z, or point_1 and point_2')
+            return
+         end if
          call place_points(parts, one, two, point + step, &
                            [given(group, 'point'), given(group, 'point_1'), given(group, 'point_2')], &
                            reshape([point_1, point_2], [3, 2]), frame == 'body', made%p_1, made%p_2, error)
@@ -198,8 +203,15 @@ contains
                call raise(error, '', 'it has no axis', 'give axis = x, y, z')
             end if
          end if
-         if (made%type == type_universal .and. .not. given(group, 'axis_1')) &
-            call raise(error, '', 'a universal joint has two axes', 'give axis_1 and axis_2, normal to each other')
+         if (made%type == type_universal) then
+            if (.not. given(group, 'axis_1')) &
+               call raise(error, '', 'a universal joint has two axes', 'give axis_1 and axis_2, at right angles')
+            ! Axes in body axes may be brought to right angles by the assembly, but not from parallel ones.
+            if (abs(dot_product(direction_1, direction_2)) > merge(0.999_wp, 1.0e-3_wp, frame == 'body')* &
+                norm2(direction_1)*norm2(direction_2)) &
+               call raise(error, '', 'axis_1 and axis_2 must be at right angles', &
+                          'axis_1 turns with body_1, axis_2 with body_2: those of its cross')
+         end if
          if (parts%model%planar .and. made%type == type_revolute) then
             if (norm2(direction_1(1:2)) + norm2(direction_2(1:2)) > 0.0_wp) &
                call raise(error, '', 'its axis is not normal to the plane x-y', 'leave the axis out')
@@ -245,13 +257,23 @@ contains
       type(joint_t), intent(in) :: joint
       type(parts_t), intent(inout) :: parts
       type(error_t), allocatable, intent(inout) :: error
-      type(anchor_t) :: others(size(parts%model%joints))
+      type(anchor_t), allocatable :: others(:)
       type(row_t), allocatable :: holonomic(:), rates(:)
       integer :: i
 
-      do i = 1, size(others)
-         others(i)%name = parts%model%joints(i)%name
-      end do
+      ! All that has columns.
+      associate (model => parts%model)
+         allocate (others(size(model%joints) + size(model%bodies) + size(model%points)))
+         do i = 1, size(model%joints)
+            others(i)%name = model%joints(i)%name
+         end do
+         do i = 1, size(model%bodies)
+            others(size(model%joints) + i)%name = model%bodies(i)%name
+         end do
+         do i = 1, size(model%points)
+            others(size(others) - size(model%points) + i)%name = model%points(i)%name
+         end do
+      end associate
       call check_name(joint%name, others, error)
       call joint_rows(joint, parts%model%planar, holonomic, rates, error)
       if (.not. allocated(error)) parts%model%joints = [parts%model%joints, joint]

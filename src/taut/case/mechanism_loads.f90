@@ -226,6 +226,8 @@ contains
       call check_repeat(repeat, body_2//joint, error)
       if (.not. all(abs([damping, free_angle, free_length, preload, stiffness]) <= huge(1.0_wp))) &
          call raise(error, '', 'one of its numbers is not finite', 'correct it')
+      if (damping < 0.0_wp) call raise(error, '', 'damping = '//to_text(damping)//' is negative: it would add energy', &
+                                       'give it in N s/m or N m s/rad')
       if (free_length < 0.0_wp) call raise(error, '', 'free_length = '//to_text(free_length)//' is negative', 'give it in m')
       if (.not. any(frame == [character(len=6) :: 'global', 'body'])) &
          call raise(error, '', 'there is no frame "'//trim(frame)//'"', 'use "global" (at the start) or "body"')

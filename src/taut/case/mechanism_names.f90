@@ -94,7 +94,8 @@ contains
       end if
       do i = 1, size(others)
          if (others(i)%name == name) then
-            call raise(error, '', 'the name is taken: there are two of it', 'rename one of them')
+            call raise(error, '', 'the name is taken: there are two of it', 'rename one of them (bodies, points and joints '// &
+                       'share the columns of the table)')
             return
          end if
       end do

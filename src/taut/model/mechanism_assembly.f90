@@ -9,7 +9,7 @@ module taut_model_mechanism_assembly
    use taut_model_mechanism_body, only: body_planar, body_spatial, entry_of_velocity, velocities_of_kind
    implicit none (type, external)
    private
-   public :: assemble_holding, hold_coordinate, worst_joint
+   public :: assemble_holding, hold_coordinate, contradicting_velocities, worst_joint
 
    character(*), parameter :: here = 'assembly'
 
@@ -98,8 +98,53 @@ contains
       call model%b_prime(at, b)
       if (size(free) > 0) at%v(free) = at%v(free) + root*matmul(a_plus, b - matmul(a, at%v))
       if (maxval(abs(b - matmul(a, at%v))) > 1.0e-8_wp*max(1.0_wp, maxval(abs(at%v)))) &
-         call raise(error, here, 'the velocities that are held do not fit the joints', 'hold less')
+         call raise(error, here, 'the velocities that are held do not fit the joints', &
+                    'hold less (what is held keeps its velocity too), or start with velocities that fit')
    end subroutine assemble_holding
+
+   !> The joints, with their drives, whose velocity constraints contradict one another or what is held.
+   subroutine contradicting_velocities(model, at, names, first, violation)
+      !> The mechanism, and a state whose velocities were brought as close to the constraints as they come.
+      type(mechanism_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      !> Such as "a" (drive "g"), "b"; empty if there is no contradiction.
+      character(:), allocatable, intent(out) :: names
+      !> The first of them.
+      integer, intent(out) :: first
+      !> The largest violation [m/s] or [1/s].
+      real(wp), intent(out) :: violation
+      real(wp) :: a(model%c, model%n), b(model%c), limit
+      logical :: open(size(model%joints))
+      integer :: i, joint
+
+      names = ''
+      first = 0
+      violation = 0.0_wp
+      if (model%c == 0) return
+      call model%jacobian(at, a)
+      call model%b_prime(at, b)
+      b = b - matmul(a, at%v)
+      violation = maxval(abs(b))
+      limit = max(1.0e-8_wp, 1.0e-6_wp*violation)
+      open = .false.
+      do i = 1, model%c
+         if (abs(b(i)) > limit) open(model%joint_of_row(i)) = .true.
+      end do
+      first = findloc(open, .true., 1)
+      do joint = 1, size(open)
+         if (.not. open(joint)) cycle
+         if (len(names) > 200) then
+            names = names//', ...'
+            return
+         end if
+         associate (it => model%joints(joint))
+            if (len(names) > 0) names = names//', '
+            names = names//'"'//it%name//'"'
+            if (it%drive > 0) names = names//' (drive "'//model%functions(it%drive)%name//'")'
+            if (it%angle_drive > 0) names = names//' (drive_angle "'//model%functions(it%angle_drive)%name//'")'
+         end associate
+      end do
+   end subroutine contradicting_velocities
 
    !> The joint that is violated most.
    subroutine worst_joint(model, at, joint, violation)

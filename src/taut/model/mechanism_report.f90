@@ -55,9 +55,9 @@ contains
       call add('rank', real(rank, wp), '1')
       call add('degrees_of_freedom', real(report%freedoms, wp), '1')
       call add('redundant_constraints', real(redundant, wp), '1')
-      report%text = to_text(size(model%bodies))//' bodies, '//to_text(size(model%joints))//' joints: '//to_text(model%n)// &
-                    ' velocities, '//to_text(model%c)//' constraints of rank '//to_text(rank)//', '// &
-                    to_text(report%freedoms)//' degrees of freedom'//nl
+      report%text = counted(size(model%bodies), 'body', 'bodies')//', '//counted(size(model%joints), 'joint', 'joints')//': '// &
+                    to_text(model%n)//' velocities, '//counted(model%c, 'constraint', 'constraints')//' of rank '// &
+                    to_text(rank)//', '//counted(report%freedoms, 'degree', 'degrees')//' of freedom'//nl
       if (redundant > 0) then
          line = ''
          do i = 1, size(model%joints)
@@ -66,7 +66,7 @@ contains
             line = line//', '//to_text(report%redundant(i))//' of '//model%joints(i)%name
          end do
          if (len(line) > 2) line = ': '//line(3:)
-         report%text = report%text//to_text(redundant)//' redundant constraints'//line//nl
+         report%text = report%text//counted(redundant, 'redundant constraint', 'redundant constraints')//line//nl
          line = ''
          do i = 1, size(model%joints)
             if (.not. report%involved(i)) cycle
@@ -75,8 +75,9 @@ contains
          end do
          if (len(line) > 2) report%text = report%text// &
             'reactions that are not unique (those of least norm are given): '//line(3:)//nl
-         model%remark = to_text(redundant)//' redundant constraints: reactions of '//to_text(count(report%involved))// &
-                        ' joints are not unique; those of least norm are given'
+         model%remark = counted(redundant, 'redundant constraint', 'redundant constraints')//': reactions of '// &
+                        counted(count(report%involved), 'joint', 'joints')// &
+                        ' are not unique; those of least norm are given'
       end if
       do i = 1, size(model%bodies)
          call model%pose_of(given, i, before)
@@ -91,7 +92,11 @@ contains
       end do
       moved = maxval(abs(assembled%v - given%v))
       call add('velocity_correction', moved, 'm/s_or_rad/s')
-      if (moved > 1.0e-9_wp) report%text = report%text//'velocities corrected by '//to_text(moved)//' m/s or rad/s at most'//nl
+      if (moved > 1.0e-9_wp) then
+         line = model%v_name(maxloc(abs(assembled%v - given%v), 1))
+         report%text = report%text//'velocities corrected: '//line//' by '//to_text(moved)// &
+                       trim(merge(' rad/s', ' m/s  ', index(line, '.w', back=.true.) > 0))//', no other by more'//nl
+      end if
       model%description = report%text
 
    contains
@@ -105,6 +110,16 @@ contains
       end subroutine add
 
    end subroutine report_start
+
+   !> A number and its noun.
+   function counted(number, one, many) result(text)
+      integer, intent(in) :: number
+      character(*), intent(in) :: one, many
+      character(:), allocatable :: text
+
+      text = to_text(number)//' '//trim(many)
+      if (number == 1) text = '1 '//one
+   end function counted
 
    !> Which rows depend on the others: Cholesky's factorization of A M^-1 A^T, scaled to a unit diagonal, with its rows
    !! exchanged; the rows whose pivots come after the rank are combinations of those before.
