@@ -50,7 +50,11 @@ def parser() -> argparse.ArgumentParser:
         help=".gif, .mp4 (needs ffmpeg); default: results/figures/CASE.gif",
     )
     made.add_argument(
-        "--still", nargs=2, metavar=("TIME", "FILE"), help="the mechanism at a time [s], as .png or .pdf"
+        "--still",
+        nargs="+",
+        metavar=("[TIME]", "FILE"),
+        help="the mechanism at a time [s], as .png or .pdf; default: the last time; of a mode, which lasts "
+        "one period, a quarter of it, where it goes farthest",
     )
     made.add_argument(
         "--plot", nargs="+", default=[], metavar="COLUMN", help="curves over time, such as hinge.fz tip.z"
@@ -68,9 +72,8 @@ def parser() -> argparse.ArgumentParser:
         "--view",
         nargs=2,
         type=float,
-        default=(-60.0, 18.0),
         metavar=("TURN", "HEIGHT"),
-        help="degrees; default: -60 18",
+        help="degrees; default: -60 18, or along the normal of the plane in which everything stays",
     )
     made.add_argument(
         "--window", nargs=4, type=float, metavar=("X1", "X2", "Y1", "Y2"), help="part of the picture [m]"
@@ -84,7 +87,10 @@ def parser() -> argparse.ArgumentParser:
         help=f"how long the animation lasts; default: as the motion, {SHORT:g} to {LONG:g}",
     )
     made.add_argument(
-        "--mode", type=int, default=1, metavar="K", help="which mode of a case with modes; 0: the equilibrium"
+        "--mode",
+        type=int,
+        metavar="K",
+        help="which mode of a case with modes; 0: the equilibrium, as a still; default: 1",
     )
     made.add_argument(
         "--gallery", action="store_true", help="a still of each shipped case, to DIR/figures/gallery"
@@ -111,12 +117,16 @@ def main(arguments: list[str] | None = None) -> int:
 def draw(chosen: argparse.Namespace) -> list[Path]:
     """Draws one case."""
     mechanism = read_mechanism(chosen.case)
+    check_options(chosen, mechanism)
     figures = chosen.results / "figures"
+    run = None
     if mechanism.static:
-        motion, run = of_mode(mechanism, chosen.results / mechanism.name, chosen.mode), None
-        if chosen.plot or chosen.below:
-            raise DataError(f"{chosen.case}: its results have no times to plot")
+        file = chosen.results / mechanism.name / "equilibrium.csv"
+        check_run_before(chosen, file)
+        first = 1 if mechanism.kind == "modes" else 0
+        motion = of_mode(mechanism, file.parent, first if chosen.mode is None else chosen.mode)
     else:
+        check_run_before(chosen, chosen.result or chosen.results / mechanism.name / "summary.csv")
         run = read_run(chosen.result or first_result(mechanism, chosen.results))
         check_columns(run, [*chosen.plot, *chosen.below])
     if chosen.plot:
@@ -126,7 +136,7 @@ def draw(chosen: argparse.Namespace) -> list[Path]:
     if run is not None:
         motion = of_run(mechanism, run)
     look = Look(
-        *chosen.view,
+        tuple(chosen.view) if chosen.view else None,
         None if chosen.trace is None else tuple(chosen.trace),
         names=chosen.names,
         window=tuple(chosen.window) if chosen.window else None,
@@ -135,14 +145,64 @@ def draw(chosen: argparse.Namespace) -> list[Path]:
         anchor_of(mechanism, name)
     shown = Shown(mechanism, motion, look)
     if chosen.still:
-        text, name = chosen.still
-        try:
-            time = float(text)
-        except ValueError:
-            raise DataError(f"--still {text}: the time is no number") from None
-        save(still(shown, time, chosen.strobe), Path(name))
-        return [Path(name)]
+        path = Path(chosen.still[-1])
+        save(still(shown, time_of_still(chosen.still, shown), chosen.strobe), path)
+        return [path]
+    if mechanism.static and not shown.mode:
+        path = chosen.out or figures / f"{mechanism.name}.png"
+        save(still(shown, 0.0), path)
+        return [path]
     return animation(chosen, shown, run, chosen.out or figures / f"{mechanism.name}.gif")
+
+
+def check_options(chosen: argparse.Namespace, mechanism: Mechanism) -> None:
+    """Complains of options that are no numbers to draw with, or do not fit the case."""
+    if chosen.seconds is not None and not 0 < chosen.seconds < np.inf:
+        raise DataError(f"--seconds {chosen.seconds:g}: an animation lasts longer than 0 s")
+    if chosen.strobe < 0:
+        raise DataError(f"--strobe {chosen.strobe}: the number of earlier positions is 0 or more")
+    if chosen.window:
+        x_1, x_2, y_1, y_2 = chosen.window
+        if not (x_1 < x_2 and y_1 < y_2):
+            text = " ".join(f"{value:g}" for value in chosen.window)
+            raise DataError(f"--window {text}: X1 must be less than X2, and Y1 less than Y2")
+    if mechanism.static:
+        if chosen.plot or chosen.below or chosen.result:
+            raise DataError(
+                f"{chosen.case}: its results have no times: it takes no RESULT.csv, --plot or --below"
+            )
+        if chosen.mode and mechanism.kind != "modes":
+            raise DataError(f"--mode {chosen.mode}: {chosen.case} is an equilibrium, without modes")
+    elif chosen.mode is not None:
+        raise DataError(f"--mode {chosen.mode}: {chosen.case} is a motion over time, without modes")
+
+
+def check_run_before(chosen: argparse.Namespace, file: Path) -> None:
+    """Complains of results that are missing, and says how to get them."""
+    if not file.is_file():
+        raise DataError(
+            f"{file} is missing: run `fpm run mechanism --profile release -- {chosen.case}` first, "
+            "or name the folder of its results with --results"
+        )
+
+
+def time_of_still(still: list[str], shown: Shown) -> float:
+    """Returns the time of a still, which must be one that there is."""
+    first, last = float(shown.motion.times[0]), float(shown.motion.times[-1])
+    if len(still) > 2:
+        raise DataError(f"--still takes [TIME] FILE, not {' '.join(still)}; the case file stands before it")
+    if len(still) == 1:
+        return last / 4 if shown.mode else last
+    try:
+        time = float(still[0])
+    except ValueError:
+        raise DataError(f"--still {still[0]}: the time is no number") from None
+    # Times are written and typed with few digits.
+    room = 1e-6 * (last - first)
+    if not first - room <= time <= last + room:
+        what = "the mode's period goes" if shown.mode else "the results go"
+        raise DataError(f"--still {still[0]}: {what} from {first:g} to {last:.7g} s")
+    return time
 
 
 def check_columns(run: Run, names: list[str]) -> None:

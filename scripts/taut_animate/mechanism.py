@@ -68,7 +68,13 @@ class Mechanism:
     beams: list[list[str]] = field(default_factory=list)
     # What &point groups write out.
     points: dict[str, Anchor] = field(default_factory=dict)
-    static: bool = False
+    # What its results are: dynamics, equilibrium or modes.
+    kind: str = "dynamics"
+
+    @property
+    def static(self) -> bool:
+        """Whether there is no motion over time."""
+        return self.kind != "dynamics"
 
     def pose(self, body: str) -> tuple[Array, Array]:
         """Returns where a body is at the start: position and rotation matrix."""
@@ -153,8 +159,8 @@ def _gravity(made: Mechanism, values: dict[str, Any]) -> None:
 
 
 def _analysis(made: Mechanism, values: dict[str, Any]) -> None:
-    """Takes whether there is a motion at all."""
-    made.static = values.get("kind", "dynamics") != "dynamics"
+    """Takes what is sought."""
+    made.kind = str(values.get("kind", "dynamics")).strip().lower()
 
 
 def _body(made: Mechanism, values: dict[str, Any]) -> None:

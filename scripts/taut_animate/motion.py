@@ -1,7 +1,7 @@
 """Where every body is over time: from the columns of a run, or of a mode about an equilibrium."""
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,8 @@ class Motion:
     times: Array
     positions: dict[str, Array]
     rotations: dict[str, Array]
+    # Which mode it is, or that it is the equilibrium; empty of a run.
+    about: str = ""
 
     def point(self, anchor: Anchor) -> Array:
         """Returns the path of a point: (n, 3)."""
@@ -46,7 +48,7 @@ class Motion:
             step = Rotation.from_matrix(matrices[left]).inv() * Rotation.from_matrix(matrices[right])
             turned = Rotation.from_rotvec(part[:, None] * step.as_rotvec())
             rotations[body] = matrices[left] @ turned.as_matrix()
-        return Motion(times, positions, rotations)
+        return Motion(times, positions, rotations, self.about)
 
 
 def of_run(mechanism: Mechanism, run: Run) -> Motion:
@@ -75,11 +77,13 @@ def of_mode(mechanism: Mechanism, folder: Path, mode: int) -> Motion:
     """Returns a period of a mode about the equilibrium, enlarged; mode 0 is the equilibrium itself."""
     rest = of_run(mechanism, _row(folder / "equilibrium.csv"))
     if mode == 0:
-        return rest
+        return replace(rest, about="equilibrium")
     modes = read_run(folder / "modes.csv")
     if not 1 <= mode <= len(modes["mode"]):
         raise DataError(f"{folder / 'modes.csv'}: there is no mode {mode}; it has {len(modes['mode'])}")
-    frequency = max(float(modes["frequency"][mode - 1]), 1e-9)
+    frequency = float(modes["frequency"][mode - 1])
+    about = f"mode {mode}, {frequency:.4g} Hz"
+    frequency = max(frequency, 1e-9)
     moves, turns = {}, {}
     for name, body in mechanism.bodies.items():
         parts = ("vx", "vy") if mechanism.planar else ("vx", "vy", "vz")
@@ -106,7 +110,7 @@ def of_mode(mechanism: Mechanism, folder: Path, mode: int) -> Motion:
         r = rest.rotations[name][0]
         # Angular velocities are about body axes in space, and about z in the plane, where both are the same.
         rotations[name] = r @ Rotation.from_rotvec(phase[:, None] * turn).as_matrix()
-    return Motion(np.arange(PERIOD + 1) / (PERIOD * frequency), positions, rotations)
+    return Motion(np.arange(PERIOD + 1) / (PERIOD * frequency), positions, rotations, about)
 
 
 def _row(path: Path) -> Run:

@@ -45,7 +45,13 @@ class Shown:
     @property
     def name(self) -> str:
         """What is written above the picture."""
-        return self.title or self.mechanism.name.replace("_", " ")
+        name = self.mechanism.name.replace("_", " ")
+        return self.title or (f"{name}: {self.motion.about}" if self.motion.about else name)
+
+    @property
+    def mode(self) -> bool:
+        """Whether it is a mode about an equilibrium."""
+        return self.mechanism.static and len(self.motion.times) > 1
 
     def part(self, times: Array) -> "Shown":
         """Returns the same at other times."""
@@ -66,10 +72,12 @@ def draw_still(axes: Axes, shown: Shown, time: float, strobe: int = 0) -> None:
     time = float(np.clip(time, start, shown.motion.times[-1]))
     inside = shown.motion.times[(shown.motion.times > start) & (shown.motion.times < time)]
     until = shown.part(np.concatenate([[start], inside, [time]]))
+    # The first position of a mode is its equilibrium.
+    strobe = max(strobe, int(shown.mode))
     earlier = np.linspace(start, time, strobe + 1)[:-1]
-    scene = Scene(axes, shown.mechanism, until.motion, shown.look, earlier)
+    scene = Scene(axes, shown.mechanism, until.motion, shown.look, earlier, whole=shown.motion)
     scene.move(len(until.motion.times) - 1)
-    title(axes, shown.name, None if shown.mechanism.static else time)
+    title(axes, shown.name, time if len(shown.motion.times) > 1 else None)
 
 
 def title(axes: Axes, name: str, time: float | None) -> None:
@@ -95,7 +103,8 @@ def frames(
     at = shown.part(times)
     inside = shown.motion.times[(shown.motion.times > times[0]) & (shown.motion.times < times[-1])]
     fine = shown.part(np.union1d(inside, times)).motion
-    scene = Scene(axes, at.mechanism, at.motion, at.look, fine=fine)
+    rest = shown.motion.times[:1] if shown.mode else None
+    scene = Scene(axes, at.mechanism, at.motion, at.look, rest, fine, shown.motion)
     dots = []
     for i, column in enumerate(columns):
         low = (0.45 + CURVE * (len(columns) - 1 - i)) / height

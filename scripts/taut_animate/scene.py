@@ -33,15 +33,17 @@ from taut_animate.symbols import contact, joint_parts, supports
 # More bodies than this share the color of their group.
 DISTINCT = 8
 BEAM = "#0072B2"
+OBLIQUE = (-60.0, 18.0)
+# What goes less far out of a plane than this, of its size, is in the plane: it could not be seen.
+FLAT = 1e-4
 
 
 @dataclass(frozen=True)
 class Look:
     """How a mechanism is looked at."""
 
-    # Degrees about what is up, and above the level.
-    turn: float = -60.0
-    height: float = 18.0
+    # Degrees about what is up, and above the level; None: OBLIQUE, or along the normal of a plane.
+    view: tuple[float, float] | None = None
     # Bodies, points and joints that leave a trace; None: all &point groups.
     traces: tuple[str, ...] | None = None
     # Whether the names of points, and those of bodies, are written.
@@ -62,6 +64,7 @@ class Scene:
         look: Look,
         strobe: Array | None = None,
         fine: Motion | None = None,
+        whole: Motion | None = None,
     ) -> None:
         """Draws what moves and what does not.
 
@@ -72,14 +75,15 @@ class Scene:
             look: How it is looked at.
             strobe: Times at which it is drawn faintly.
             fine: The motion at closer times, for traces.
+            whole: The motion at all times, which says from where it is seen and where it is drawn faintly.
         """
         self.mechanism, self.motion, self.fine = mechanism, motion, fine or motion
-        corners = np.concatenate([motion.point(anchor) for anchor in outline(mechanism)])
-        self.flat = mechanism.planar or np.ptp(corners[:, 2]) < 1e-6 * max(
-            np.ptp(corners, axis=0).max(), 1e-9
-        )
-        up = np.array([0.0, 1.0, 0.0]) if self.flat else mechanism.up
-        self.view = View.of_plane() if self.flat else View.around(up, look.turn, look.height)
+        whole = whole or motion
+        corners = corners_of(mechanism, motion)
+        face_on = face_on_view(mechanism, corners_of(mechanism, whole), look)
+        self.flat = face_on is not None
+        self.view = face_on or View.around(mechanism.up, *(look.view or OBLIQUE))
+        up = self.view.up if self.flat else mechanism.up
         floor = None if self.flat else floor_height(mechanism, corners, up)
         grid = [] if floor is None else floor_grid(corners, up, floor)
         shown = np.concatenate([corners, *grid])
@@ -93,13 +97,15 @@ class Scene:
         colors = colors_of(mechanism)
         for i, time in enumerate([] if strobe is None else strobe):
             faint = 0.10 + 0.22 * (i + 1) / len(strobe)
-            at = Moment(motion.at(np.array([time])), 0, self.view)
+            at = Moment(whole.at(np.array([time])), 0, self.view)
             canvas = Canvas(**{**vars(self.canvas), "alpha": faint, "depths": (0.0, 1e12)})
             for part in body_parts(canvas, mechanism, colors):
                 part.move(at)
         self.parts = body_parts(self.canvas, mechanism, colors)
         for joint in mechanism.joints:
-            self.parts += joint_parts(self.canvas, mechanism, motion, joint, self.flat)
+            # A pin is a ring where its axis is along the view.
+            ring = self.flat and (abs(joint.axis @ self.view.out) > 0.99 or not joint.axis.any())
+            self.parts += joint_parts(self.canvas, mechanism, motion, joint, ring)
         for spring in mechanism.springs:
             self.parts.append(Between(self.canvas, spring.bodies, spring.points, spring.type))
         self.parts += supports(self.canvas, mechanism, motion, self.view)
@@ -211,6 +217,43 @@ def outline(mechanism: Mechanism) -> list[Anchor]:
                 Anchor(GROUND, at) for b, at in zip(link.bodies, link.points, strict=True) if b == GROUND
             ]
     return found
+
+
+def corners_of(mechanism: Mechanism, motion: Motion) -> Array:
+    """Returns where the points that a picture must show are at all times: (n, 3)."""
+    return np.concatenate([motion.point(anchor) for anchor in outline(mechanism)])
+
+
+def face_on_view(mechanism: Mechanism, corners: Array, look: Look) -> View | None:
+    """Returns the view along the normal of the plane in which everything stays; None if there is no such."""
+    if mechanism.planar:
+        return View.of_plane()
+    if look.view:
+        return None
+    centered = corners - corners.mean(axis=0)
+    axes = np.linalg.eigh(centered.T @ centered)[1].T
+    across, side, along = np.ptp(centered @ axes.T, axis=0)
+    if across > FLAT * along:
+        return None
+    out = axes[0]
+    if side <= FLAT * along:
+        # All on a line: the plane is upright, or that with x or y if the line is so too.
+        line = axes[2]
+        other = next(e for e in (mechanism.up, *np.eye(3)) if np.linalg.norm(np.cross(line, e)) > 0.1)
+        out = unit(np.cross(line, other))
+    # Against gravity is up; in a level plane y is, or -z if y is its normal.
+    _, y, z = np.eye(3)
+    up = unit(
+        next(a for a in (u - out * (u @ out) for u in (mechanism.up, y, -z)) if np.linalg.norm(a) > 0.1)
+    )
+    right = np.cross(up, out)
+    sign = 1.0 if right[np.argmax(np.abs(right).round(6))] > 0 else -1.0
+    return View(sign * right, up, sign * out)
+
+
+def unit(direction: Array) -> Array:
+    """Returns a direction of length 1."""
+    return direction / np.linalg.norm(direction)
 
 
 def floor_height(mechanism: Mechanism, corners: Array, up: Array) -> float:
