@@ -14,7 +14,7 @@ from taut_animate.motion import of_mode, of_run
 from taut_animate.pictures import Shown, draw_still, still
 from taut_animate.scene import Look
 
-CELL, COLUMNS = (4.0, 3.1), 3
+CELL, COLUMNS = (4.0, 3.1), 4
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,7 @@ RECIPES = (
     Recipe("four_bar", "four-bar linkage", 1.8, 4),
     Recipe("andrews", "Andrews' squeezing mechanism", 0.0125, 0, Look(traces=("E3", "H", "G"), names=True)),
     Recipe("bricard", "Bricard's mechanism", 1.1, 3, Look(traces=("P3",))),
+    Recipe("bricard_box", "Bricard's mechanism, thick rods", 1.1, 0, Look(traces=("P3",))),
     Recipe("n_four_bar2", "two four-bars", 0.95, 3),
     Recipe("n_four_bar40", "forty four-bars, the first six", 0.8, 3, Look(window=(-1.2, 6.2, -1.4, 1.8))),
     Recipe("governor", "flyball governor", 1.0, 0, Look(traces=("ball1", "ball2"))),

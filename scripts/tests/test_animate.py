@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from PIL import Image
+from scipy.spatial.transform import Rotation
 from taut_animate import gallery, solids
-from taut_animate.command import main
+from taut_animate.command import main, time_of_still
 from taut_animate.mechanism import GROUND, Anchor, Mechanism, expand, read_mechanism
 from taut_animate.motion import Motion, of_mode, of_run
-from taut_animate.pictures import Shown, curves, draw_still, unit_of
+from taut_animate.pictures import Shown, curves, draw_still, frames, unit_of
 from taut_animate.scene import Look, Scene, anchor_of, nice
 from taut_report import style
 from taut_report.data import DataError, read_run
@@ -69,6 +70,26 @@ def at_rest(mechanism: Mechanism, times: int = 3) -> Motion:
     positions = {name: np.tile(body.position, (times, 1)) for name, body in mechanism.bodies.items()}
     rotations = {name: np.tile(body.rotation, (times, 1, 1)) for name, body in mechanism.bodies.items()}
     return Motion(np.linspace(0, 1, times), positions, rotations)
+
+
+def swinging(mechanism: Mechanism, plane: np.ndarray, wobble: float = 0.0) -> Motion:
+    """The rod of PENDULUM, turning in the plane of the first two columns; it leaves it by a wobble."""
+    times = np.linspace(0, 1, 21)
+    turned = Rotation.from_rotvec(np.outer(2 * times, [0, 0, 1.0])).as_matrix()
+    rotations = plane @ turned
+    out = plane[:, 2] * wobble * np.sin(9 * times)[:, None]
+    return Motion(times, {"rod": rotations @ [0.5, 0, 0] + out}, {"rod": rotations})
+
+
+@pytest.fixture
+def modes(tmp_path: Path) -> Path:
+    """A folder with a hanging pendulum, its made up mode of 0.5 Hz and a case that asks for it."""
+    (tmp_path / "case.nml").write_text('&analysis kind = "modes" /\n' + PENDULUM)
+    folder = tmp_path / "results/case"
+    folder.mkdir(parents=True)
+    (folder / "equilibrium.csv").write_text(f"name,value\nrod.x,0\nrod.y,-0.5\nrod.angle,{-np.pi / 2}\n")
+    (folder / "modes.csv").write_text("mode,frequency,growth,rod.vx,rod.vy,rod.wz\n1,0.5,0,0.5,0,1\n")
+    return tmp_path
 
 
 @pytest.fixture
@@ -180,12 +201,10 @@ def test_quaternions_turn_bodies(tmp_path: Path) -> None:
     assert motion.point(Anchor("b", np.array([1.0, 0, 0])))[0] == pytest.approx([1, 3, 3])
 
 
-def test_modes_swing_about_the_equilibrium(tmp_path: Path) -> None:
-    mechanism = case(tmp_path, '&analysis kind = "modes" /\n' + PENDULUM)
+def test_modes_swing_about_the_equilibrium(modes: Path) -> None:
+    mechanism, folder = read_mechanism(modes / "case.nml"), modes / "results/case"
     assert mechanism.static
-    (tmp_path / "equilibrium.csv").write_text(f"name,value\nrod.x,0\nrod.y,-0.5\nrod.angle,{-np.pi / 2}\n")
-    (tmp_path / "modes.csv").write_text("mode,frequency,growth,rod.vx,rod.vy,rod.wz\n1,0.5,0,0.5,0,1\n")
-    motion = of_mode(mechanism, tmp_path, 1)
+    motion = of_mode(mechanism, folder, 1)
     assert motion.times[-1] == pytest.approx(2.0)
     tip = motion.point(mechanism.points["tip"])
     assert tip[0] == pytest.approx([0, -1, 0]) == tip[len(tip) // 2]
@@ -194,7 +213,64 @@ def test_modes_swing_about_the_equilibrium(tmp_path: Path) -> None:
     hinge = motion.point(Anchor("rod", mechanism.joints[0].points[1]))
     assert np.abs(hinge).max() < tip[:, 0].max() ** 2
     with pytest.raises(DataError, match="there is no mode 2; it has 1"):
-        of_mode(mechanism, tmp_path, 2)
+        of_mode(mechanism, folder, 2)
+
+
+def test_a_mode_is_drawn_before_its_equilibrium_with_its_frequency(modes: Path) -> None:
+    mechanism = read_mechanism(modes / "case.nml")
+    shown = Shown(mechanism, of_mode(mechanism, modes / "results/case", 1))
+    # It goes farthest after a quarter of its two seconds.
+    assert time_of_still(["a.png"], shown) == pytest.approx(0.5)
+    figure = plt.figure()
+    axes = figure.add_subplot()
+    draw_still(axes, shown, 0.5)
+    assert axes.get_title("left") == "case: mode 1, 0.5 Hz" and "0.50 s" in axes.get_title("right")
+    faint = [c for c in axes.collections if c.get_alpha() is not None and c.get_alpha() < 1]
+    assert faint[0].get_segments()[0] == pytest.approx(np.array([[0, 0], [0, -1]]), abs=1e-12)
+    plt.close(figure)
+    # In an animation of a part of the period too.
+    figure = next(frames(shown, np.array([0.4, 0.5])))
+    faint = [c for c in figure.axes[0].collections if c.get_alpha() is not None and c.get_alpha() < 1]
+    assert faint[0].get_segments()[0] == pytest.approx(np.array([[0, 0], [0, -1]]), abs=1e-12)
+    plt.close(figure)
+
+
+@pytest.mark.parametrize(
+    ("kind", "arguments"), [("equilibrium", []), ("equilibrium", ["--mode", "0"]), ("modes", ["--mode", "0"])]
+)
+def test_an_equilibrium_is_a_still(
+    modes: Path, kind: str, arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    (modes / "case.nml").write_text(f'&analysis kind = "{kind}" /\n' + PENDULUM)
+    assert main([str(modes / "case.nml"), "--results", str(modes / "results"), *arguments]) == 0
+    picture = modes / "results/figures/case.png"
+    assert capsys.readouterr().out == f"{picture}\n"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("kind", "arguments", "part"),
+    [
+        ("equilibrium", ["--mode", "1"], "is an equilibrium, without modes"),
+        ("modes", ["--mode", "2"], "there is no mode 2"),
+        ("modes", ["--still", "2.1", "a.png"], "--still 2.1: the mode's period goes from 0 to 2 s"),
+        ("modes", ["--plot", "rod.x"], "no times"),
+        ("modes", ["--results", "other"], "profile release -- case.nml` first"),
+    ],
+)
+def test_what_cases_without_motion_do_not_have(
+    modes: Path,
+    kind: str,
+    arguments: list[str],
+    part: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(modes)
+    (modes / "case.nml").write_text(f'&analysis kind = "{kind}" /\n' + PENDULUM)
+    assert main(["case.nml", *arguments]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("animate: ") and error.count("\n") == 1 and part in error
 
 
 @pytest.mark.parametrize("up", [(0, 0, 1), (0, 1, 0), (0.6, 0, 0.8)])
@@ -235,6 +311,52 @@ def test_a_flat_motion_in_space_is_seen_from_its_normal() -> None:
     figure = plt.figure()
     scene = Scene(figure.add_subplot(), mechanism, at_rest(mechanism), Look())
     assert scene.view.out == pytest.approx([0, 0, 1])
+    plt.close(figure)
+
+
+# The plane x-z, one that leans, the level one seen from above, and one in which no axis lies.
+PLANES = (
+    ((1.0, 0, 0), (0, 0, 1.0)),
+    ((0, 1.0, 0), (0.6, 0, 0.8)),
+    ((0, 1.0, 0), (1.0, 0, 0)),
+    ((0.8, 0, -0.6), (0.36, 0.8, 0.48)),
+)
+
+
+@pytest.mark.parametrize(("first", "second"), PLANES)
+@pytest.mark.parametrize("until", [0, 1, 20])
+def test_a_motion_in_any_plane_is_seen_from_its_normal_at_any_time(
+    tmp_path: Path, first: tuple[float, ...], second: tuple[float, ...], until: int
+) -> None:
+    plane = np.stack([first, second, np.cross(first, second)], axis=1)
+    mechanism = case(tmp_path, PENDULUM.replace("planar = .true.", ""))
+    # What cannot be seen does not matter.
+    whole = swinging(mechanism, plane, 1e-6)
+    figure = plt.figure()
+    scene = Scene(figure.add_subplot(), mechanism, whole.at(whole.times[: until + 1]), Look(), whole=whole)
+    assert scene.flat and abs(scene.view.out @ plane[:, 2]) == pytest.approx(1, abs=1e-6)
+    assert np.cross(scene.view.right, scene.view.up) == pytest.approx(scene.view.out)
+    level = abs(plane[2, 2]) > 0.999
+    assert scene.view.flat(np.array([0, 1.0, 0] if level else [0, 0, 1.0]))[1] > 0.5
+    # What leaves the plane does, and who asks for another view gets it.
+    for motion, look in ((swinging(mechanism, plane, 0.01), Look()), (whole, Look((-60.0, 18.0)))):
+        scene = Scene(figure.add_subplot(), mechanism, motion, look)
+        assert not scene.flat and scene.view.out @ mechanism.up == pytest.approx(np.sin(np.radians(18)))
+    plt.close(figure)
+
+
+@pytest.mark.parametrize(
+    ("along", "out"), [((1.0, 0, 0), (0, -1, 0)), ((0, 1.0, 0), (1, 0, 0)), ((0, 0, 1.0), (0, -1, 0))]
+)
+def test_what_is_on_a_line_is_seen_upright(
+    tmp_path: Path, along: tuple[float, ...], out: tuple[float, ...]
+) -> None:
+    to = ", ".join(str(value) for value in along)
+    beam = f'&beam name = "n", from = 0, 0, 0, to = {to}, axis_2 = 0.6, 0.48, 0.64, elements = 2 /\n'
+    mechanism = case(tmp_path, "&gravity /\n" + beam)
+    figure = plt.figure()
+    scene = Scene(figure.add_subplot(), mechanism, at_rest(mechanism), Look())
+    assert scene.view.out == pytest.approx(out) and scene.view.up == pytest.approx([0, 0, 1])
     plt.close(figure)
 
 
@@ -308,6 +430,8 @@ def test_still_and_plot(pendulum: Path) -> None:
     still, plot = pendulum / "new/still.png", pendulum / "plot.pdf"
     assert main([*arguments, "--still", "1.0", str(still), "--strobe", "2"]) == 0
     assert main([*arguments, "--plot", "hinge.fx", "energy", "--out", str(plot)]) == 0
+    assert main([*arguments, "--still", str(pendulum / "last.png")]) == 0
+    assert (pendulum / "last.png").read_bytes().startswith(b"\x89PNG")
     assert still.read_bytes().startswith(b"\x89PNG") and plot.read_bytes().startswith(b"%PDF")
 
 
@@ -320,6 +444,17 @@ def test_still_and_plot(pendulum: Path) -> None:
         (["--out", "case.avi"], "a .gif or an .mp4"),
         (["--still", "soon", "a.png"], "no number"),
         (["--still", "1", "a.xyz"], "xyz"),
+        (["--still", "99", "a.png"], "--still 99: the results go from 0 to 2 s"),
+        (["--still", "-1", "a.png"], "the results go from 0 to 2 s"),
+        (["--still", "nan", "a.png"], "the results go from 0 to 2 s"),
+        (["--still", "1", "a.png", "b.png"], "--still takes [TIME] FILE"),
+        (["--seconds", "-1"], "--seconds -1"),
+        (["--seconds", "0"], "--seconds 0"),
+        (["--strobe", "-1"], "--strobe -1"),
+        (["--mode", "2"], "--mode 2: case.nml is a motion over time"),
+        (["--window", "3", "1", "0", "1"], "--window 3 1 0 1: X1 must be less than X2"),
+        (["--window", "0", "1", "1", "1"], "Y1 less than Y2"),
+        (["none.csv"], "none.csv is missing: run `fpm run mechanism --profile release -- case.nml` first"),
         (["--from", "3"], "nothing between"),
     ],
     ids=" ".join,
@@ -340,7 +475,8 @@ def test_bad_arguments_are_told_in_one_line(
 
 def test_results_that_are_missing(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(pendulum / "case.nml"), "--results", str(pendulum / "other")]) == 1
-    assert "other/case/summary.csv is missing" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "other/case/summary.csv is missing" in error and f"release -- {pendulum / 'case.nml'}`" in error
 
 
 def test_result_of_another_case(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
