@@ -337,6 +337,13 @@ def test_shipped_case(shipped: Path, case: str) -> None:
         assert np.abs(run["energy"] - run["energy"][0]).max() <= ENERGY[case]
 
 
+def test_swing_keeps_its_energy_after_the_force(shipped: Path) -> None:
+    run = table(shipped / "swing/present.csv")
+    after = run["energy"][run["t"] > 0.257]
+    assert np.ptp(after) <= 1e-4
+    assert after[-1] == pytest.approx(0.0639, abs=5e-4)
+
+
 def test_damper_takes_energy_and_angular_momentum_stays(shipped: Path) -> None:
     run = table(shipped / "governor/present.csv")
     assert np.diff(run["energy"]).max() <= 1e-6
