@@ -114,7 +114,7 @@ contains
       !> The largest violation [m/s] or [1/s].
       real(wp), intent(out) :: violation
       real(wp) :: a(model%c, model%n), b(model%c), limit
-      logical :: open(size(model%joints))
+      logical :: contradicts(size(model%joints))
       integer :: i, joint
 
       names = ''
@@ -126,13 +126,13 @@ contains
       b = b - matmul(a, at%v)
       violation = maxval(abs(b))
       limit = max(1.0e-8_wp, 1.0e-6_wp*violation)
-      open = .false.
+      contradicts = .false.
       do i = 1, model%c
-         if (abs(b(i)) > limit) open(model%joint_of_row(i)) = .true.
+         if (abs(b(i)) > limit) contradicts(model%joint_of_row(i)) = .true.
       end do
-      first = findloc(open, .true., 1)
-      do joint = 1, size(open)
-         if (.not. open(joint)) cycle
+      first = findloc(contradicts, .true., 1)
+      do joint = 1, size(contradicts)
+         if (.not. contradicts(joint)) cycle
          if (len(names) > 200) then
             names = names//', ...'
             return
