@@ -1,6 +1,6 @@
 """Every solver gives the same motion on the shipped cases, the redundant ones included.
 
-Left out are the longest chain and what has no motion; with hundreds of constraints only structured solvers run.
+Left out are the longest chain and what has no motion; hundreds of constraints get structured solvers only.
 """
 
 import csv
