@@ -1,7 +1,7 @@
 !> taut adds kinematic constraints to mechanical systems written as ordinary differential equations.
 !!
 !! A system is an extension of `mechanical_system_t`: it states its sizes with `define` and supplies M (`mass`),
-!! f (`force`), phi (`constraint`), A (`jacobian`) and b'' (`b_second`). Then
+!! f (`force`), phi (`constraint`), A (`jacobian`) and b'' (`acceleration_rhs`). Then
 !!
 !!     type(state_t) :: at
 !!     type(integration_result_t) :: result
@@ -30,11 +30,11 @@ module taut
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
-   use taut_constrained_method, only: method_t, method_names
+   use taut_constrained_method_options, only: method_t, method_names
    use taut_constrained_projection, only: projector_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_formulation, only: constrained_ode_t, sample_t
-   use taut_constrained_projectors, only: projectors
+   use taut_constrained_projection_matrices, only: projection_matrices
    use taut_constrained_ritz, only: new_ritz, ritz_t
    use taut_constrained_simulate, only: simulate, simulation_t
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
@@ -56,7 +56,7 @@ module taut
    public :: simulation_t, archive_t, pause_t
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t
    public :: observer_t, trajectory_t, events_t, event_record_t, sample_t, constrained_ode_t
-   public :: consistent_start, start_report_t, verify, finding_t, projectors
+   public :: consistent_start, start_report_t, verify, finding_t, projection_matrices
    public :: equilibrium, equilibrium_options_t, equilibrium_result_t, eigenmodes, modes_options_t, modes_t
    public :: ode_system_t, integrator_t, projector_t, pseudo_inverse_t, path_name
    public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection

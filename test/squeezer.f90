@@ -37,7 +37,7 @@ module squeezer
       procedure :: force
       procedure :: constraint
       procedure :: jacobian
-      procedure :: b_second
+      procedure :: acceleration_rhs
    end type squeezer_t
 
 contains
@@ -167,7 +167,7 @@ contains
    end subroutine jacobian
 
    !> b'': minus the accelerations that the loops' ends have while the angles' rates stay as they are [m/s^2].
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       class(squeezer_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
@@ -185,6 +185,6 @@ contains
       end associate
       associate (unused_system => self)
       end associate
-   end subroutine b_second
+   end subroutine acceleration_rhs
 
 end module squeezer

@@ -26,8 +26,8 @@ module systems
       procedure :: force => particle_force
       procedure :: constraint => particle_constraint
       procedure :: jacobian => particle_jacobian
-      procedure :: b_prime => particle_b_prime
-      procedure :: b_second => particle_b_second
+      procedure :: velocity_rhs => particle_velocity_rhs
+      procedure :: acceleration_rhs => particle_acceleration_rhs
       procedure :: w_rate => particle_w_rate
       procedure :: breakpoints => particle_breakpoints
       procedure :: weight => particle_weight
@@ -43,7 +43,7 @@ module systems
       procedure :: force => coupler_force
       procedure :: constraint => coupler_constraint
       procedure :: jacobian => coupler_jacobian
-      procedure :: b_second => coupler_b_second
+      procedure :: acceleration_rhs => coupler_acceleration_rhs
    end type coupler_t
 
    !> A compound pendulum whose angle is stored as cosine and sine: n_x = 4 coordinates {x, z, c, s}, n = 3 velocities.
@@ -54,7 +54,7 @@ module systems
       procedure :: force => compound_force
       procedure :: constraint => compound_constraint
       procedure :: jacobian => compound_jacobian
-      procedure :: b_second => compound_b_second
+      procedure :: acceleration_rhs => compound_acceleration_rhs
       procedure :: x_rate => compound_x_rate
       procedure :: v_of_x_rate => compound_v_of_x_rate
       procedure :: displace => compound_displace
@@ -198,7 +198,7 @@ contains
       end associate
    end subroutine particle_jacobian
 
-   subroutine particle_b_prime(self, at, value)
+   subroutine particle_velocity_rhs(self, at, value)
       class(particle_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
@@ -214,9 +214,9 @@ contains
             value(1) = d(2)/norm2(d)*pivot(self, at%t, 1)
          end select
       end associate
-   end subroutine particle_b_prime
+   end subroutine particle_velocity_rhs
 
-   subroutine particle_b_second(self, at, value)
+   subroutine particle_acceleration_rhs(self, at, value)
       class(particle_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
@@ -239,7 +239,7 @@ contains
             value(1) = -(d(1)*d_rate(2) - d(2)*d_rate(1))**2/norm2(d)**3 + d(2)/norm2(d)*pivot(self, at%t, 2)
          end select
       end associate
-   end subroutine particle_b_second
+   end subroutine particle_acceleration_rhs
 
    subroutine particle_w_rate(self, at, value)
       class(particle_t), intent(in) :: self
@@ -323,7 +323,7 @@ contains
       end do
    end subroutine coupler_jacobian
 
-   subroutine coupler_b_second(self, at, value)
+   subroutine coupler_acceleration_rhs(self, at, value)
       class(coupler_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
@@ -337,7 +337,7 @@ contains
          centripetal = -arm*at%v(3)**2*[cos(at%x(3)), sin(at%x(3))]
          value(i) = -(d(1)*rate(2) - d(2)*rate(1))**2/norm2(d)**3 - dot_product(d, centripetal)/norm2(d)
       end do
-   end subroutine coupler_b_second
+   end subroutine coupler_acceleration_rhs
 
    !> A compound pendulum, hinged at the origin.
    function new_compound() result(system)
@@ -384,13 +384,13 @@ contains
       a(2, :) = [0.0_wp, 1.0_wp, -self%arm*at%x(4)]
    end subroutine compound_jacobian
 
-   subroutine compound_b_second(self, at, value)
+   subroutine compound_acceleration_rhs(self, at, value)
       class(compound_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
 
       value = self%arm*at%v(3)**2*[-at%x(4), at%x(3)]
-   end subroutine compound_b_second
+   end subroutine compound_acceleration_rhs
 
    subroutine compound_x_rate(self, at, u, value)
       class(compound_t), intent(in) :: self

@@ -219,8 +219,8 @@ contains
       type(state_t) :: at
       real(wp), allocatable :: a(:, :), b(:), entries(:), f(:), x(:)
       integer, allocatable :: column(:), first(:)
-      character(len=11), parameter :: parts(9) = [character(len=11) :: 'mass', 'force', 'constraint', 'jacobian', 'b_prime', &
-                                                  'b_second', 'x_rate', 'v_of_x_rate', 'displace']
+      character(len=16), parameter :: parts(9) = [character(len=16) :: 'mass', 'force', 'constraint', 'jacobian', &
+                                                  'velocity_rhs', 'acceleration_rhs', 'x_rate', 'v_of_x_rate', 'displace']
       integer(int64) :: before(10)
       integer :: i
 
@@ -240,9 +240,9 @@ contains
       call model%jacobian(at, a)
       if (allocated(column)) call model%jacobian_entries(at, entries)
       before(5) = allocations
-      call model%b_prime(at, b)
+      call model%velocity_rhs(at, b)
       before(6) = allocations
-      call model%b_second(at, b)
+      call model%acceleration_rhs(at, b)
       before(7) = allocations
       call model%x_rate(at, at%v, x)
       before(8) = allocations

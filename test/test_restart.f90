@@ -82,11 +82,11 @@ contains
       do while (piece%result%status == status_interrupted)
          pauses = pauses + 1
          call archive%clear()
-         call piece%store(archive)
+         call piece%serialize(archive)
          allocate (next)
          call next%init(model, error, method, options)
          call archive%rewind()
-         call next%store(archive)
+         call next%serialize(archive)
          call no_error(failure, archive%error)
          call check(failure, archive%at_end(), name//': all of the archive is read')
          call move_alloc(next, piece)
@@ -222,7 +222,7 @@ contains
       call simulation%run(at, 1.0_wp, error, pause=pause)
       call no_error(failure, error)
       call archive%clear()
-      call simulation%store(archive)
+      call simulation%serialize(archive)
       call archive%rewind()
    end subroutine archive_of_pendulum
 
@@ -235,7 +235,7 @@ contains
       call archive_of_pendulum(archive, simulation, failure)
       call simulation%init(new_compound(), error)
       call no_error(failure, error)
-      call simulation%store(archive)
+      call simulation%serialize(archive)
       call check(failure, allocated(archive%error), 'another state is refused')
       if (allocated(failure)) return
       call check(failure, index(archive%error%line(), '"mu before projection" has another size') > 0, &
@@ -252,7 +252,7 @@ contains
       do i = 1, 50
          archive%length = archive%length - 7
          call archive%rewind()
-         call simulation%store(archive)
+         call simulation%serialize(archive)
          call check(failure, allocated(archive%error), 'a short archive is refused')
       end do
    end subroutine truncated

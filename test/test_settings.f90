@@ -7,7 +7,7 @@ module test_settings
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_pendulum, only: read_pendulum
    use taut_case_settings, only: read_settings, settings_t
-   use taut_constrained_method, only: method_t
+   use taut_constrained_method_options, only: method_t
    use taut_constrained_system, only: state_t
    use taut_model_pendulum, only: pendulum_t
    use taut_ode_options, only: integration_options_t

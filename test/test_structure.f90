@@ -6,7 +6,7 @@ module test_structure
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
    use taut_constrained_formulation, only: constrained_ode_t, sample_t
-   use taut_constrained_method, only: method_t
+   use taut_constrained_method_options, only: method_t
    use taut_constrained_simulate, only: simulate
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_verify, only: finding_t, verify

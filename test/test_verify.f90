@@ -25,8 +25,8 @@ module test_verify
       procedure :: force => sled_force
       procedure :: constraint => sled_constraint
       procedure :: jacobian => sled_jacobian
-      procedure :: b_prime => sled_b_prime
-      procedure :: b_second => sled_b_second
+      procedure :: velocity_rhs => sled_velocity_rhs
+      procedure :: acceleration_rhs => sled_acceleration_rhs
       procedure :: w_rate => sled_w_rate
       procedure :: x_rate => sled_x_rate
       procedure :: v_of_x_rate => sled_v_of_x_rate
@@ -42,7 +42,7 @@ module test_verify
       procedure :: force => gimbal_force
       procedure :: constraint => gimbal_constraint
       procedure :: jacobian => gimbal_jacobian
-      procedure :: b_second => gimbal_b_second
+      procedure :: acceleration_rhs => gimbal_acceleration_rhs
       procedure :: x_rate => gimbal_x_rate
       procedure :: v_of_x_rate => gimbal_v_of_x_rate
       procedure :: displace => gimbal_displace
@@ -324,15 +324,15 @@ contains
       a(3, :) = [-at%x(4), at%x(3), self%entry('A(3,3)', 0.0_wp)]
    end subroutine sled_jacobian
 
-   subroutine sled_b_prime(self, at, value)
+   subroutine sled_velocity_rhs(self, at, value)
       class(sled_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
 
       value(:) = [self%entry('b''(1)', 0.6_wp*cos(2.0_wp*at%t)), 0.0_wp, self%entry('b''(3)', 0.0_wp)]
-   end subroutine sled_b_prime
+   end subroutine sled_velocity_rhs
 
-   subroutine sled_b_second(self, at, value)
+   subroutine sled_acceleration_rhs(self, at, value)
       class(sled_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
@@ -342,7 +342,7 @@ contains
          value(2) = self%entry('b''''(2)', reach*s*v(3)**2)
          value(3) = self%entry('b''''(3)', v(3)*(c*v(1) + s*v(2)))
       end associate
-   end subroutine sled_b_second
+   end subroutine sled_acceleration_rhs
 
    subroutine sled_w_rate(self, at, value)
       class(sled_t), intent(in) :: self
@@ -417,13 +417,13 @@ contains
       a(1, :) = cross(self%in_body, turned(at%x*[1.0_wp, -1.0_wp, -1.0_wp, -1.0_wp], self%in_space))
    end subroutine gimbal_jacobian
 
-   subroutine gimbal_b_second(self, at, value)
+   subroutine gimbal_acceleration_rhs(self, at, value)
       class(gimbal_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
 
       value(1) = -dot_product(self%in_space, turned(at%x, cross(at%v, cross(at%v, self%in_body))))
-   end subroutine gimbal_b_second
+   end subroutine gimbal_acceleration_rhs
 
    subroutine gimbal_x_rate(self, at, u, value)
       class(gimbal_t), intent(in) :: self

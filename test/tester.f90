@@ -10,7 +10,7 @@ program tester
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
    use test_ode_edges, only: collect_ode_edges
-   use test_projectors, only: collect_projectors
+   use test_projection_matrices, only: collect_projection_matrices
    use test_settings, only: collect_settings
    use test_structure, only: collect_structure
    use test_mechanism, only: collect_mechanism
@@ -36,7 +36,7 @@ program tester
    call run_suite('linalg', collect_linalg(), trim(only), outcome)
    call run_suite('weighted projection', collect_weighted_projection(), trim(only), outcome)
    call run_suite('structure', collect_structure(), trim(only), outcome)
-   call run_suite('projectors', collect_projectors(), trim(only), outcome)
+   call run_suite('projection_matrices', collect_projection_matrices(), trim(only), outcome)
    call run_suite('ode', collect_ode(), trim(only), outcome)
    call run_suite('ode edges', collect_ode_edges(), trim(only), outcome)
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)

@@ -1,12 +1,12 @@
 !> An archive: named numbers and texts, one after the other, in memory. What a computation has to remember passes through it,
 !! out when it is stored and in when it is restored, by the same procedure:
 !!
-!!     subroutine store(self, archive)
+!!     subroutine serialize(self, archive)
 !!        class(my_type), intent(inout) :: self
 !!        type(archive_t), intent(inout) :: archive
 !!        call archive%item('step', self%h)
 !!        call archive%item('state', self%y)
-!!     end subroutine store
+!!     end subroutine serialize
 !!
 !! so that the two directions cannot disagree. Each entry is its kind (one character: `r` real, `i` integer, `l` long integer,
 !! `b` logical, `t` text), the length of its name (32-bit integer), the name, the number of values (64-bit integer) and the

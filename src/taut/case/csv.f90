@@ -27,7 +27,7 @@ module taut_case_csv
       procedure :: finish
       procedure :: discard
       procedure :: keep
-      procedure :: store
+      procedure :: serialize
    end type csv_t
 
 contains
@@ -106,7 +106,7 @@ contains
       self%is_open = .false.
    end subroutine discard
 
-   !> Closes the file and leaves what was written so far under its temporary name, for a later `store`.
+   !> Closes the file and leaves what was written so far under its temporary name, for a later `serialize`.
    subroutine keep(self)
       !> The file.
       class(csv_t), intent(inout) :: self
@@ -119,7 +119,7 @@ contains
 
    !> Passes a file that is being written through an archive: its length so far and a checksum. Restored, it is the file
    !! that was left under its temporary name, cut to that length.
-   subroutine store(self, archive, folder, error)
+   subroutine serialize(self, archive, folder, error)
       !> The file: open if it is stored, not open if it is restored.
       class(csv_t), intent(inout) :: self
       !> The folder it is in.
@@ -180,7 +180,7 @@ contains
          holds = done .and. checksum == self%checksum
       end function holds
 
-   end subroutine store
+   end subroutine serialize
 
    !> A failed output.
    subroutine broken(self, error)

@@ -37,7 +37,7 @@ module taut_case_recorder
       procedure :: create
       procedure :: prepare
       procedure :: observe
-      procedure :: store
+      procedure :: serialize
    end type recorder_t
 
 contains
@@ -74,7 +74,7 @@ contains
       call self%csv%put(self%line(1:self%used - 1), error)
    end subroutine create
 
-   !> Gets ready without a file, for `store` to restore one.
+   !> Gets ready without a file, for `serialize` to restore one.
    subroutine prepare(self, model, columns, t_start, t_end, error)
       !> The recorder.
       class(recorder_t), intent(inout) :: self
@@ -191,7 +191,7 @@ contains
    end function matches
 
    !> Passes what was gathered so far, and the file, through an archive.
-   subroutine store(self, archive, folder, error)
+   subroutine serialize(self, archive, folder, error)
       !> The recorder: at work, or prepared.
       class(recorder_t), intent(inout) :: self
       !> The archive.
@@ -208,8 +208,8 @@ contains
       call archive%item('first energy', self%first_energy)
       call archive%item('smallest rank', self%min_rank)
       call archive%item('points', self%points)
-      call self%csv%store(archive, folder, error)
-   end subroutine store
+      call self%csv%serialize(archive, folder, error)
+   end subroutine serialize
 
    !> Writes one point.
    subroutine observe(self, ode, t, h, y, error)

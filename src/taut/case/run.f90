@@ -47,7 +47,7 @@ module taut_case_run
       !> Whether the head of the table on the screen was written.
       logical :: listed = .false.
    contains
-      procedure :: store
+      procedure :: serialize
       procedure :: list
    end type progress_of_case_t
 
@@ -82,7 +82,7 @@ contains
    end subroutine check_start
 
    !> Passes it through an archive.
-   subroutine store(self, archive)
+   subroutine serialize(self, archive)
       !> How far a case is.
       class(progress_of_case_t), intent(inout) :: self
       !> The archive.
@@ -92,7 +92,7 @@ contains
       call archive%list('finished rows', self%rows)
       call archive%list('events of finished methods', self%events)
       call archive%item('wall seconds', self%seconds)
-   end subroutine store
+   end subroutine serialize
 
    !> Writes a line of the table on the screen.
    subroutine list(self, case_name, line)
@@ -143,7 +143,7 @@ contains
       progress%rows = ''
       progress%events = ''
       if (checkpoint%reading) then
-         call progress%store(checkpoint)
+         call progress%serialize(checkpoint)
          do i = 1, progress%method - 1
             inquire (file=options%folder//'/'//settings%methods(i)%label//'.csv', exist=there)
             if (.not. there) call raise(error, options%folder//'/'//settings%methods(i)%label//'.csv', &
@@ -330,10 +330,10 @@ contains
       type(simulation_t), intent(inout) :: simulation
       type(error_t), allocatable, intent(inout) :: error
 
-      call simulation%store(checkpoint)
+      call simulation%serialize(checkpoint)
       call recorder%prepare(model, settings%columns, settings%t_start, settings%t_end, error)
       if (allocated(error)) return
-      call recorder%store(checkpoint, folder, error)
+      call recorder%serialize(checkpoint, folder, error)
       if (allocated(checkpoint%error)) call move_alloc(checkpoint%error, error)
       if (.not. allocated(error) .and. .not. checkpoint%at_end()) &
          call raise(error, folder//'/'//checkpoint_file, 'the checkpoint says more than this program understands', &
@@ -356,9 +356,9 @@ contains
       path = file%path
       text = file%content
       call store_origin(checkpoint, options%folder//'/'//checkpoint_file, options%app, path, text, error)
-      call progress%store(checkpoint)
-      call simulation%store(checkpoint)
-      call recorder%store(checkpoint, options%folder, error)
+      call progress%serialize(checkpoint)
+      call simulation%serialize(checkpoint)
+      call recorder%serialize(checkpoint, options%folder, error)
       if (allocated(error)) return
       call write_checkpoint(options%folder//'/'//checkpoint_file, checkpoint, error)
       if (.not. allocated(error)) recorder%csv%in_checkpoint = .true.

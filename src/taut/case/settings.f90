@@ -3,7 +3,7 @@ module taut_case_settings
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
    use taut_case_namelist_file, only: namelist_file_t, group_t
-   use taut_constrained_method, only: method_t
+   use taut_constrained_method_options, only: method_t
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t
    implicit none (type, external)

@@ -7,7 +7,7 @@ module taut_constrained_formulation
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
-   use taut_constrained_method, only: method_t
+   use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian, projector_t, relative_violation
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
@@ -82,7 +82,7 @@ module taut_constrained_formulation
       procedure :: breakpoints
       procedure :: failure
       procedure :: sample
-      procedure :: store
+      procedure :: serialize
    end type constrained_ode_t
 
 contains
@@ -287,7 +287,7 @@ contains
       end if
       call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
       ! (e) b'', with the corrected x and v
-      call self%model%b_second(self%at, self%b_second)
+      call self%model%acceleration_rhs(self%at, self%b_second)
       ! (f) reduced mass matrix and unconstrained acceleration, (g) or (h) correction of the forces or of the accelerations
       call self%model%force(self%at, self%force)
       if (self%shares_mass) then
@@ -330,13 +330,13 @@ contains
       info = rhs_ok
       reciprocal = 1.0_wp/s
       ! (c) b', (d) v := v - A^T S^-1 (A v - b')
-      call self%model%b_prime(self%at, self%projector%b_prime)
+      call self%model%velocity_rhs(self%at, self%projector%b_prime)
       call project_on_row(n, self%row, self%projector%b_prime, reciprocal, self%at%v, self%projector%phidot_raw, &
                           self%projector%mu)
       self%projector%phidot_raw = abs(self%projector%phidot_raw)
       call self%model%x_rate(self%at, self%at%v, dydt(:n_x))
       ! (e) b'', (f) S m and f/m, (h) vdot = f/m - A^T lambda/m
-      call self%model%b_second(self%at, self%b_second)
+      call self%model%acceleration_rhs(self%at, self%b_second)
       call self%model%force(self%at, self%force)
       !GCC$ unroll 1
       do i = 1, n
@@ -392,7 +392,7 @@ contains
       call self%model%normalize(self%at%x)
       call self%model%x_rate(self%at, self%at%v, dydt(1:n_x))
       call evaluate_jacobian(self%model, self%at, self%a)
-      call self%model%b_second(self%at, self%b_second)
+      call self%model%acceleration_rhs(self%at, self%b_second)
       if (self%gain_v > 0.0_wp .or. self%gain_x > 0.0_wp) then
          call violations(self)
          do i = 1, self%model%c
@@ -419,7 +419,7 @@ contains
       if (info /= rhs_ok) return
       self%a%values(:) = self%projector%a%values
       call violations(self)
-      call self%model%b_second(self%at, self%b_second)
+      call self%model%acceleration_rhs(self%at, self%b_second)
       do i = 1, self%model%c
          self%b_second(i) = self%b_second(i) - self%r(i)/self%method%dt
       end do
@@ -477,7 +477,7 @@ contains
       type(constrained_ode_t), intent(inout) :: self
 
       call self%model%constraint(self%at, self%phi)
-      call self%model%b_prime(self%at, self%b_prime)
+      call self%model%velocity_rhs(self%at, self%b_prime)
       call self%a%multiply(self%at%v, self%r, self%b_prime)
    end subroutine violations
 
@@ -502,7 +502,7 @@ contains
                     .not. self%force_form .and. self%method%solver == 'auto'
    end subroutine renew_mass
 
-   !> vdot from A vdot = b'' with A in `a`, b'' in `b_second`, at a state that may violate the constraints.
+   !> vdot from A vdot = b'' with A in `a`, b'' in `acceleration_rhs`, at a state that may violate the constraints.
    subroutine solve_accelerations(self, vdot, info)
       type(constrained_ode_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: vdot(:)
@@ -700,7 +700,7 @@ contains
       call violations(self)
       s%phi = largest(self%phi)
       s%phidot = largest(self%r)
-      call self%model%b_second(self%at, self%b_second)
+      call self%model%acceleration_rhs(self%at, self%b_second)
       call self%a%multiply(self%dydt(n_x + 1:n_x + n), self%r, self%b_second)
       s%phiddot = largest(self%r)
       s%energy = self%model%energy(self%at)
@@ -734,7 +734,7 @@ contains
    end function largest
 
    !> Passes through an archive what is remembered from one step to the next; everything else follows from t and y.
-   subroutine store(self, archive)
+   subroutine serialize(self, archive)
       !> The formulation.
       class(constrained_ode_t), intent(inout) :: self
       !> The archive.
@@ -744,6 +744,6 @@ contains
       call archive%item('phidot before projection', self%phidot_raw)
       call archive%item('mu before projection', self%mu_raw)
       call archive%item('projection iterations', self%projector%iterations)
-   end subroutine store
+   end subroutine serialize
 
 end module taut_constrained_formulation

@@ -4,7 +4,7 @@ module taut_constrained_projection
    use, intrinsic :: iso_fortran_env, only: int64
    use taut_kinds, only: wp
    use taut_error, only: to_text
-   use taut_constrained_method, only: method_t
+   use taut_constrained_method_options, only: method_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_sparse_rows, only: sparse_rows_t
@@ -410,7 +410,7 @@ contains
 
       self%phidot_raw = 0.0_wp
       if (model%c == 0) return
-      call model%b_prime(at, self%b_prime)
+      call model%velocity_rhs(at, self%b_prime)
       if (present(shift)) then
          do i = 1, model%c
             self%r(i) = self%b_prime(i) - shift(i)
@@ -433,7 +433,7 @@ contains
 
       self%phidot_raw = 0.0_wp
       if (model%c == 0) return
-      call model%b_prime(at, self%b_prime)
+      call model%velocity_rhs(at, self%b_prime)
       call self%a%multiply(at%v, self%r, self%b_prime)
       self%phidot_raw = largest_entry(self%r)
    end subroutine velocity_violation

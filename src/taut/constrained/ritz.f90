@@ -31,8 +31,8 @@ module taut_constrained_ritz
       procedure :: force
       procedure :: constraint
       procedure :: jacobian
-      procedure :: b_prime
-      procedure :: b_second
+      procedure :: velocity_rhs
+      procedure :: acceleration_rhs
       procedure :: w_rate
       procedure :: energy
       procedure :: breakpoints
@@ -195,7 +195,7 @@ contains
    end subroutine jacobian
 
    !> b' of the full system.
-   subroutine b_prime(self, at, value)
+   subroutine velocity_rhs(self, at, value)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
       !> Where.
@@ -203,11 +203,11 @@ contains
       !> b': (c).
       real(wp), intent(out) :: value(:)
 
-      call self%full%b_prime(self%full_state(at), value)
-   end subroutine b_prime
+      call self%full%velocity_rhs(self%full_state(at), value)
+   end subroutine velocity_rhs
 
    !> b'' of the full system.
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
       !> Where.
@@ -215,8 +215,8 @@ contains
       !> b'': (c).
       real(wp), intent(out) :: value(:)
 
-      call self%full%b_second(self%full_state(at), value)
-   end subroutine b_second
+      call self%full%acceleration_rhs(self%full_state(at), value)
+   end subroutine acceleration_rhs
 
    !> g of the full system.
    subroutine w_rate(self, at, value)

@@ -4,7 +4,7 @@ module taut_constrained_simulate
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_constrained_formulation, only: constrained_ode_t
-   use taut_constrained_method, only: method_t
+   use taut_constrained_method_options, only: method_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_ode_event, only: events_t
@@ -19,7 +19,7 @@ module taut_constrained_simulate
 
    !> A simulation that can pause, be stored and continue: `init`, `run`, and after a pause `resume`.
    !!
-   !! One that was stored continues, in another program if need be, with `init` of the same arguments, `store` from the
+   !! One that was stored continues, in another program if need be, with `init` of the same arguments, `serialize` from the
    !! archive, and `resume`.
    type :: simulation_t
       !> The formulation, for its counters and `sample`.
@@ -34,7 +34,7 @@ module taut_constrained_simulate
       procedure :: init
       procedure :: run
       procedure :: resume
-      procedure :: store
+      procedure :: serialize
    end type simulation_t
 
 contains
@@ -97,7 +97,7 @@ contains
       call self%ode%unpack(self%at%t, self%y, self%at)
    end subroutine run
 
-   !> Continues after a pause, or after `store` has restored one.
+   !> Continues after a pause, or after `serialize` has restored one.
    subroutine resume(self, observer, events, pause)
       !> The simulation.
       class(simulation_t), intent(inout) :: self
@@ -113,16 +113,16 @@ contains
    end subroutine resume
 
    !> Passes a simulation that pauses through an archive.
-   subroutine store(self, archive)
+   subroutine serialize(self, archive)
       !> The simulation; initialized with the same arguments if it is restored.
       class(simulation_t), intent(inout) :: self
       !> The archive.
       type(archive_t), intent(inout) :: archive
 
-      call self%ode%store(archive)
-      call self%result%store(archive)
-      call self%integrator%store(archive)
-   end subroutine store
+      call self%ode%serialize(archive)
+      call self%result%serialize(archive)
+      call self%integrator%serialize(archive)
+   end subroutine serialize
 
    !> Brings the initial state to the constraints and integrates, in one call.
    !!

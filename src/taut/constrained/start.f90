@@ -3,7 +3,7 @@ module taut_constrained_start
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_method, only: method_t
+   use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_ode_system, only: rhs_ok

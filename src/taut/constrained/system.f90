@@ -37,7 +37,7 @@ module taut_constrained_system
    end type quantity_t
 
    !> A constrained mechanical system. An extension states its sizes with `define` and supplies five procedures: `mass`,
-   !! `force`, `constraint`, `jacobian` and `b_second`; all others have defaults.
+   !! `force`, `constraint`, `jacobian` and `acceleration_rhs`; all others have defaults.
    !!
    !! A large system also says where the entries of A are that can differ from zero, with `pattern`, and computes only those,
    !! with `jacobian_entries`; its `jacobian` is then one call of `scatter_entries`.
@@ -72,11 +72,11 @@ module taut_constrained_system
       procedure(vector_at_state), deferred :: force
       procedure(vector_at_state), deferred :: constraint
       procedure(matrix_at_state), deferred :: jacobian
-      procedure(vector_at_state), deferred :: b_second
+      procedure(vector_at_state), deferred :: acceleration_rhs
       procedure :: pattern => dense_pattern
       procedure :: jacobian_entries => no_entries
       procedure :: scatter_entries
-      procedure :: b_prime => no_b_prime
+      procedure :: velocity_rhs => no_velocity_rhs
       procedure :: weight => unit_weight
       procedure :: w_rate => no_w_rate
       procedure :: x_rate => x_rate_is_v
@@ -299,7 +299,7 @@ contains
    end subroutine scatter_entries
 
    !> b' of constraints that do not depend on time: zero.
-   subroutine no_b_prime(self, at, value)
+   subroutine no_velocity_rhs(self, at, value)
       !> The system.
       class(mechanical_system_t), intent(in) :: self
       !> Where.
@@ -310,7 +310,7 @@ contains
       value(:) = 0.0_wp
       associate (unused_system => self, unused_state => at)
       end associate
-   end subroutine no_b_prime
+   end subroutine no_velocity_rhs
 
    !> A weight matrix W of the user's own, for `weight = "given"`; the default is the identity.
    subroutine unit_weight(self, at, w)

@@ -79,7 +79,7 @@ contains
          call check_set('A', a(:, i), findings, i)
       end do
       call check_entries(model, here, a, allowed, findings)
-      call model%b_prime(here, b)
+      call model%velocity_rhs(here, b)
       call check_set("b'", b, findings)
       a_expected = unset()
       b_expected = unset()
@@ -92,7 +92,7 @@ contains
       do i = 1, model%n
          call compare_column(i, a(1:model%n_phi, i), a_expected(1:model%n_phi, i), a_expected(1:model%n_phi, :), allowed, findings)
       end do
-      call model%b_second(here, b)
+      call model%acceleration_rhs(here, b)
       call check_set("b''", b, findings)
       b_expected = unset()
       do i = 1, size(steps)
@@ -365,7 +365,7 @@ contains
          near%t = at%t + dt
          call model%displace(dt*at%v, near%x)
          call model%jacobian(near, a)
-         call model%b_prime(near, b_prime)
+         call model%velocity_rhs(near, b_prime)
          rate = matmul(a, at%v) - b_prime
       end subroutine rate_of_violation
 

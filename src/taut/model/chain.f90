@@ -29,7 +29,7 @@ module taut_model_chain
       procedure :: pattern
       procedure :: jacobian
       procedure :: jacobian_entries
-      procedure :: b_second
+      procedure :: acceleration_rhs
       procedure :: energy
       procedure :: x_name
       procedure :: v_name
@@ -195,7 +195,7 @@ contains
    end subroutine directions
 
    !> b'': the square of the velocity across each rod over its length, negative [m/s^2].
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       !> The chain.
       class(chain_t), intent(in) :: self
       !> Where.
@@ -204,7 +204,7 @@ contains
       real(wp), intent(out) :: value(:)
 
       call centripetal(self%rods, at%x, at%v, value)
-   end subroutine b_second
+   end subroutine acceleration_rhs
 
    !> The same with unit strides.
    pure subroutine centripetal(rods, x, v, value)

@@ -52,8 +52,8 @@ module taut_model_helicopter
       procedure :: force
       procedure :: constraint
       procedure :: jacobian
-      procedure :: b_prime
-      procedure :: b_second
+      procedure :: velocity_rhs
+      procedure :: acceleration_rhs
       procedure :: energy
       procedure :: control_moment
       procedure :: x_name
@@ -241,7 +241,7 @@ contains
    end subroutine jacobian
 
    !> b' = u^T dx_B/dt [m/s].
-   subroutine b_prime(self, at, value)
+   subroutine velocity_rhs(self, at, value)
       !> The blade.
       class(helicopter_t), intent(in) :: self
       !> Where.
@@ -253,11 +253,11 @@ contains
       call swashplate(self%data, at%t, b, b_dot, b_ddot)
       call link(self, at, b, d, d_beta, d_theta)
       value(1) = dot_product(unit(d), b_dot)
-   end subroutine b_prime
+   end subroutine velocity_rhs
 
    !> b'' = u^T (d2x_B/dt2 - J' v) - (w^2 - (u^T w)^2)/|x_A - x_B| [m/s^2], with J = dx_A/d{beta, theta}, J' its rate and
    !! w = J v - dx_B/dt the velocity of A as seen from B.
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       !> The blade.
       class(helicopter_t), intent(in) :: self
       !> Where.
@@ -284,7 +284,7 @@ contains
       ! w^2 - (u^T w)^2 is the square of the part of w across the link.
       w = w - dot_product(u, w)*u
       if (norm2(d) > 0.0_wp) value(1) = value(1) - dot_product(w, w)/norm2(d)
-   end subroutine b_second
+   end subroutine acceleration_rhs
 
    !> The direction of a vector; zero if it has none.
    pure function unit(d) result(u)

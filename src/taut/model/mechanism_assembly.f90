@@ -95,7 +95,7 @@ contains
          call raise(error, here, 'it cannot be assembled with what is held', 'hold less, or start closer')
          return
       end if
-      call model%b_prime(at, b)
+      call model%velocity_rhs(at, b)
       if (size(free) > 0) at%v(free) = at%v(free) + root*matmul(a_plus, b - matmul(a, at%v))
       if (maxval(abs(b - matmul(a, at%v))) > 1.0e-8_wp*max(1.0_wp, maxval(abs(at%v)))) &
          call raise(error, here, 'the velocities that are held do not fit the joints', &
@@ -122,7 +122,7 @@ contains
       violation = 0.0_wp
       if (model%c == 0) return
       call model%jacobian(at, a)
-      call model%b_prime(at, b)
+      call model%velocity_rhs(at, b)
       b = b - matmul(a, at%v)
       violation = maxval(abs(b))
       limit = max(1.0e-8_wp, 1.0e-6_wp*violation)

@@ -17,8 +17,8 @@ module taut_model_mechanism_constraints
       procedure :: constraint
       procedure :: jacobian
       procedure :: jacobian_entries
-      procedure :: b_prime
-      procedure :: b_second
+      procedure :: velocity_rhs
+      procedure :: acceleration_rhs
       procedure :: reaction
    end type mechanism_constraints_t
 
@@ -130,7 +130,7 @@ contains
    end subroutine jacobian
 
    !> b', row by row.
-   subroutine b_prime(self, at, value)
+   subroutine velocity_rhs(self, at, value)
       !> The mechanism and its state.
       class(mechanism_constraints_t), intent(in) :: self
       type(state_t), intent(in) :: at
@@ -149,10 +149,10 @@ contains
          call drive_of(self, self%rows(i), at%t, g)
          value(i) = row_b_prime(self%rows(i), poses%it(one), poses%it(two), g)
       end do
-   end subroutine b_prime
+   end subroutine velocity_rhs
 
    !> b'', row by row.
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       !> The mechanism and its state.
       class(mechanism_constraints_t), intent(in) :: self
       type(state_t), intent(in) :: at
@@ -169,7 +169,7 @@ contains
          call drive_of(self, self%rows(i), at%t, g)
          value(i) = row_b_second(self%rows(i), poses%it(one), poses%it(two), g)
       end do
-   end subroutine b_second
+   end subroutine acceleration_rhs
 
    !> Force and moment of a joint on its second body, the moment about the joint's point of that body.
    subroutine reaction(self, at, lambda, j, f, m)

@@ -56,7 +56,7 @@ module taut_model_modal_body
       procedure :: force
       procedure :: constraint
       procedure :: jacobian
-      procedure :: b_second
+      procedure :: acceleration_rhs
       procedure :: x_rate
       procedure :: v_of_x_rate
       procedure :: displace
@@ -381,7 +381,7 @@ contains
    end subroutine jacobian
 
    !> b'' = -n . h - (|rdot|^2 - (n . rdot)^2)/|r - ground|.
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       !> The body.
       class(modal_body_t), intent(in) :: self
       !> Where.
@@ -401,7 +401,7 @@ contains
          value(k) = -dot_product(direction, turned(matrix_of_quaternion(at%x(4:7)), centrifugal(self, at, i))) &
                     - dot_product(across, across)/length
       end do
-   end subroutine b_second
+   end subroutine acceleration_rhs
 
    !> xdot: the frame's velocity, the rate of its quaternion, the rates of the amplitudes.
    subroutine x_rate(self, at, u, value)

@@ -30,7 +30,7 @@ module taut_model_n_four_bar
       procedure :: pattern
       procedure :: jacobian
       procedure :: jacobian_entries
-      procedure :: b_second
+      procedure :: acceleration_rhs
       procedure :: energy
       procedure :: x_name
       procedure :: v_name
@@ -219,7 +219,7 @@ contains
    end subroutine jacobian_entries
 
    !> b'': the square of the velocity across each rod over its length, negative; zero for the centers [m/s^2].
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       !> The mechanism.
       class(n_four_bar_t), intent(in) :: self
       !> Where.
@@ -248,7 +248,7 @@ contains
          across = -(dx*vz - dz*vx)**2/(r2*sqrt(r2))
       end function across
 
-   end subroutine b_second
+   end subroutine acceleration_rhs
 
    !> Kinetic and potential energy [J]; potential energy is zero with the rods at the height of the pivots.
    function energy(self, at)

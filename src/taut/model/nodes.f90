@@ -46,7 +46,7 @@ module taut_model_nodes
       procedure :: jacobian
       procedure :: pattern
       procedure :: jacobian_entries
-      procedure :: b_second
+      procedure :: acceleration_rhs
       procedure :: x_rate
       procedure :: v_of_x_rate
       procedure :: displace
@@ -408,7 +408,7 @@ contains
    end subroutine jacobian_entries
 
    !> b'', row by row.
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       !> The system and its state.
       class(nodal_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
@@ -420,7 +420,7 @@ contains
          j = self%constraints(i)%node
          value(i) = self%constraints(i)%acceleration(at%x(7*j - 6:7*j), at%v(6*j - 5:6*j))
       end do
-   end subroutine b_second
+   end subroutine acceleration_rhs
 
    !> {v; q {0, W}/2} of each node.
    subroutine x_rate(self, at, u, value)

@@ -22,7 +22,7 @@ module taut_model_pendulum
       procedure :: force
       procedure :: constraint
       procedure :: jacobian
-      procedure :: b_second
+      procedure :: acceleration_rhs
       procedure :: energy
       procedure :: x_name
       procedure :: v_name
@@ -120,7 +120,7 @@ contains
    end subroutine jacobian
 
    !> b'' = -(v^2 - (A v)^2)/sqrt(x^2 + z^2) [m/s^2], Eq. (6b).
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       !> The pendulum.
       class(pendulum_t), intent(in) :: self
       !> Where.
@@ -140,7 +140,7 @@ contains
       end do
       associate (unused_pendulum => self)
       end associate
-   end subroutine b_second
+   end subroutine acceleration_rhs
 
    !> Kinetic and potential energy [J]; zero at rest in the horizontal.
    function energy(self, at)

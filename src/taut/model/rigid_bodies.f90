@@ -53,7 +53,7 @@ module taut_model_rigid_bodies
       procedure :: force
       procedure :: constraint
       procedure :: jacobian
-      procedure :: b_second
+      procedure :: acceleration_rhs
       procedure :: x_rate
       procedure :: v_of_x_rate
       procedure :: displace
@@ -271,7 +271,7 @@ contains
    end subroutine jacobian
 
    !> b'' = -R omega x (omega x p) of the body, less that of the other.
-   subroutine b_second(self, at, value)
+   subroutine acceleration_rhs(self, at, value)
       !> The bodies.
       class(rigid_bodies_t), intent(in) :: self
       !> Where.
@@ -286,7 +286,7 @@ contains
          call follow(at, self%joints(k)%other, self%joints(k)%other_point, r, arm, position, there)
          value(3*k - 2:3*k) = there - here
       end do
-   end subroutine b_second
+   end subroutine acceleration_rhs
 
    !> xdot: velocities of the reference points and rates of the quaternions.
    subroutine x_rate(self, at, u, value)

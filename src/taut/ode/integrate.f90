@@ -35,7 +35,7 @@ module taut_ode_integrate
       procedure :: init
       procedure :: run
       procedure :: resume
-      procedure :: store
+      procedure :: serialize
    end type integrator_t
 
 contains
@@ -120,7 +120,7 @@ contains
 
    !> Continues after a pause, bit for bit as if there had been none.
    subroutine resume(self, ode, t, y, result, observer, events, pause)
-      !> The integrator as the pause left it, or restored by `store`.
+      !> The integrator as the pause left it, or restored by `serialize`.
       class(integrator_t), intent(inout) :: self
       !> What is integrated.
       class(ode_system_t), intent(inout) :: ode
@@ -539,13 +539,13 @@ contains
 
    !> Passes an integration that pauses through an archive: what `resume` needs, in an integrator initialized with the same
    !! options.
-   subroutine store(self, archive)
+   subroutine serialize(self, archive)
       !> The integrator.
       class(integrator_t), intent(inout) :: self
       !> The archive.
       type(archive_t), intent(inout) :: archive
 
-      call self%step%store(archive)
+      call self%step%serialize(archive)
       call archive%item('start', self%t_start)
       call archive%list('stops', self%stops)
       call archive%item('stop', self%stop)
@@ -553,6 +553,6 @@ contains
       call archive%item('outputs', self%outputs)
       call archive%item('last answer', self%info)
       call archive%list('events before', self%g_old)
-   end subroutine store
+   end subroutine serialize
 
 end module taut_ode_integrate

@@ -55,7 +55,7 @@ module taut_ode_options
       !> Why it ended before its time, in words.
       type(error_t), allocatable :: error
    contains
-      procedure :: store
+      procedure :: serialize
    end type integration_result_t
 
 contains
@@ -94,7 +94,7 @@ contains
    end subroutine check
 
    !> Passes the counts and the events so far through an archive.
-   subroutine store(self, archive)
+   subroutine serialize(self, archive)
       !> The result of an integration that is interrupted.
       class(integration_result_t), intent(inout) :: self
       !> The archive.
@@ -119,6 +119,6 @@ contains
          call archive%item('event time', self%events(i)%t)
          call archive%list('event state', self%events(i)%y)
       end do
-   end subroutine store
+   end subroutine serialize
 
 end module taut_ode_options

@@ -38,7 +38,7 @@ module taut_ode_step
       procedure :: accept
       procedure :: prepare_interpolation
       procedure :: interpolate
-      procedure :: store
+      procedure :: serialize
    end type step_t
 
 contains
@@ -310,7 +310,7 @@ contains
    end subroutine interpolate
 
    !> Passes through an archive what is remembered between two steps.
-   subroutine store(self, archive)
+   subroutine serialize(self, archive)
       !> The step, initialized.
       class(step_t), intent(inout) :: self
       !> The archive.
@@ -324,7 +324,7 @@ contains
       call archive%item('upper bound of t', self%t_high)
       call archive%item('y', self%y)
       call archive%item('ydot', self%k(:, 1))
-      call self%control%store(archive)
-   end subroutine store
+      call self%control%serialize(archive)
+   end subroutine serialize
 
 end module taut_ode_step

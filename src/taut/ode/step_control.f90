@@ -32,7 +32,7 @@ module taut_ode_step_control
       procedure :: norm
       procedure :: decide
       procedure :: reduce
-      procedure :: store
+      procedure :: serialize
    end type step_control_t
 
 contains
@@ -199,7 +199,7 @@ contains
    end subroutine reduce
 
    !> Passes the controller's memory through an archive; what `init` was given is not part of it.
-   subroutine store(self, archive)
+   subroutine serialize(self, archive)
       !> The controller.
       class(step_control_t), intent(inout) :: self
       !> The archive.
@@ -207,6 +207,6 @@ contains
 
       call archive%item('previous error', self%previous_error)
       call archive%item('last rejected', self%last_rejected)
-   end subroutine store
+   end subroutine serialize
 
 end module taut_ode_step_control

@@ -27,7 +27,7 @@ module taut_ode_system
       procedure :: filter_error => filter_nothing
       procedure :: breakpoints => no_breakpoints
       procedure :: failure => no_failure
-      procedure :: store => nothing_to_store
+      procedure :: serialize => nothing_to_serialize
    end type ode_system_t
 
    abstract interface
@@ -108,7 +108,7 @@ contains
    end subroutine no_failure
 
    !> Passes through an archive what the system remembers from one step to the next. The default remembers nothing.
-   subroutine nothing_to_store(self, archive)
+   subroutine nothing_to_serialize(self, archive)
       !> The system.
       class(ode_system_t), intent(inout) :: self
       !> The archive.
@@ -116,6 +116,6 @@ contains
 
       associate (unused_system => self, unused_archive => archive)
       end associate
-   end subroutine nothing_to_store
+   end subroutine nothing_to_serialize
 
 end module taut_ode_system

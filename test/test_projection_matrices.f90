@@ -1,17 +1,17 @@
 !> Tests of the projectors of Eqs (12) and of the functional that Eqs (11) minimize.
-module test_projectors
+module test_projection_matrices
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    use test_linalg, only: identity, largest, orthogonal, random_vector, restart_random, with_spectrum
    use test_weighted_projection, only: of_rank
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
-   use taut_constrained_method, only: method_t
-   use taut_constrained_projectors, only: projectors
+   use taut_constrained_method_options, only: method_t
+   use taut_constrained_projection_matrices, only: projection_matrices
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
-   public :: collect_projectors
+   public :: collect_projection_matrices
 
    character(len=6), parameter :: solver_names(3) = ['auto  ', 'dgelsd', 'factor']
 
@@ -24,14 +24,14 @@ module test_projectors
       procedure :: force => given_force
       procedure :: constraint => given_constraint
       procedure :: jacobian => given_jacobian
-      procedure :: b_prime => given_b_prime
-      procedure :: b_second => given_b_second
+      procedure :: velocity_rhs => given_velocity_rhs
+      procedure :: acceleration_rhs => given_acceleration_rhs
    end type given_t
 
 contains
 
    !> All tests of this module.
-   function collect_projectors() result(tests)
+   function collect_projection_matrices() result(tests)
       type(test_t), allocatable :: tests(:)
 
       tests = [ &
@@ -40,7 +40,7 @@ contains
               new_test('W = I and W = m I are the same', weights_agree), &
               new_test('Eqs (11) minimize the functional of Eq. (15)', least_functional), &
               new_test('projectors where there are none', no_projectors)]
-   end function collect_projectors
+   end function collect_projection_matrices
 
    !> A random system with A of given rank and rates that its constraints can have.
    function random_system(c, n, rank) result(system)
@@ -70,7 +70,7 @@ contains
       at%x = spread(0.0_wp, 1, system%n)
       at%v = at%x
       allocate (at%w(0))
-      call projectors(system, method, at, pv, p1, pa, p2, error)
+      call projection_matrices(system, method, at, pv, p1, pa, p2, error)
       call no_error(failure, error)
    end subroutine compute
 
@@ -259,14 +259,14 @@ contains
       at%x = [0.0_wp, 0.0_wp, 0.0_wp]
       at%v = at%x
       s%m(3, 3) = -1.0_wp
-      call projectors(s, method, at, pv, p1, pa, p2, error)
+      call projection_matrices(s, method, at, pv, p1, pa, p2, error)
       call check(failure, allocated(error), 'an indefinite mass matrix is not reported')
       if (allocated(failure)) return
       call check(failure, index(error%what, 'mass matrix is not positive definite at row 3') > 0, error%line())
       deallocate (error)
       s = random_system(2, 3, 2)
       method%weight = 'nonsense'
-      call projectors(s, method, at, pv, p1, pa, p2, error)
+      call projection_matrices(s, method, at, pv, p1, pa, p2, error)
       call check(failure, allocated(error), 'an unknown weight is not reported')
    end subroutine no_projectors
 
@@ -318,7 +318,7 @@ contains
       end associate
    end subroutine given_jacobian
 
-   subroutine given_b_prime(self, at, value)
+   subroutine given_velocity_rhs(self, at, value)
       class(given_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
@@ -326,9 +326,9 @@ contains
       value(:) = self%b1
       associate (unused_state => at)
       end associate
-   end subroutine given_b_prime
+   end subroutine given_velocity_rhs
 
-   subroutine given_b_second(self, at, value)
+   subroutine given_acceleration_rhs(self, at, value)
       class(given_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
@@ -336,6 +336,6 @@ contains
       value(:) = self%b2
       associate (unused_state => at)
       end associate
-   end subroutine given_b_second
+   end subroutine given_acceleration_rhs
 
-end module test_projectors
+end module test_projection_matrices

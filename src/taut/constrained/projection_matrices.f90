@@ -1,8 +1,8 @@
 !> The projectors of Eqs (12) as full matrices: a diagnostic, not a part of the method.
-module taut_constrained_projectors
+module taut_constrained_projection_matrices
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_method, only: method_t
+   use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
@@ -10,13 +10,13 @@ module taut_constrained_projectors
    use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
    implicit none (type, external)
    private
-   public :: projectors
+   public :: projection_matrices
 
 contains
 
    !> P_v = W^-1 A^T S_W^+ A, p_v = W^-1 A^T S_W^+ b', P_a = M^-1 A^T S_M^+ A and p_a = M^-1 A^T S_M^+ b'' at a state, so that
    !! xdot = (I - P_v) v + p_v and vdot = (I - P_a) a + p_a, Eqs (12), (13).
-   subroutine projectors(model, method, at, p_v_matrix, p_v, p_a_matrix, p_a, error)
+   subroutine projection_matrices(model, method, at, p_v_matrix, p_v, p_a_matrix, p_a, error)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
       !> Weight and solver.
@@ -39,7 +39,7 @@ contains
       real(wp), allocatable :: b(:)
       integer :: info
       character(:), allocatable :: why
-      character(*), parameter :: here = 'projectors'
+      character(*), parameter :: here = 'projection matrices'
 
       call model%check_sizes(error)
       call method%check(error)
@@ -61,11 +61,11 @@ contains
       call reduced%init(projector%a, model%c, model%mass_blocks, solver_code(method%solver), method%rcond)
       call reduced%update(projector%a, m, .false., info, 0.0_wp)
       allocate (b(model%c))
-      call model%b_prime(at, b)
+      call model%velocity_rhs(at, b)
       call apply(projector%onto, projector%a, b, p_v_matrix, p_v)
-      call model%b_second(at, b)
+      call model%acceleration_rhs(at, b)
       call apply(reduced, projector%a, b, p_a_matrix, p_a)
-   end subroutine projectors
+   end subroutine projection_matrices
 
    !> K^-1 A^T S^+ applied to the columns of A and to b.
    subroutine apply(onto, a, b, p_matrix, p)
@@ -86,4 +86,4 @@ contains
       call onto%correction(a, -multipliers, p)
    end subroutine apply
 
-end module taut_constrained_projectors
+end module taut_constrained_projection_matrices

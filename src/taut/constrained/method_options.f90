@@ -1,5 +1,5 @@
 !> Which method enforces the constraints, by name, and its options.
-module taut_constrained_method
+module taut_constrained_method_options
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_linalg_weighted_projection, only: solver_names
@@ -126,4 +126,4 @@ contains
       end do
    end function listed
 
-end module taut_constrained_method
+end module taut_constrained_method_options
