@@ -5,7 +5,8 @@ program helicopter
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_helicopter, only: read_helicopter
    use taut_case_settings, only: settings_t
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_model_helicopter, only: helicopter_t
    implicit none (type, external)
    integer :: code
@@ -19,7 +20,7 @@ contains
    !> A case file's blade, as a system.
    subroutine read_case(file, model, start, settings, error)
       type(namelist_file_t), intent(in) :: file
-      class(mechanical_system_t), allocatable, intent(out) :: model
+      class(tabulated_system_t), allocatable, intent(out) :: model
       type(state_t), intent(out) :: start
       type(settings_t), intent(out) :: settings
       type(error_t), allocatable, intent(inout) :: error

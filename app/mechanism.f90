@@ -8,7 +8,8 @@ program mechanism
    use taut_case_mechanism_static, only: run_static_cases
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: settings_t
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_report, only: mechanism_report_t
    implicit none (type, external)
@@ -32,7 +33,7 @@ contains
    !> A case file's mechanism, as a system.
    subroutine read_case(file, model, start, settings, error)
       type(namelist_file_t), intent(in) :: file
-      class(mechanical_system_t), allocatable, intent(out) :: model
+      class(tabulated_system_t), allocatable, intent(out) :: model
       type(state_t), intent(out) :: start
       type(settings_t), intent(out) :: settings
       type(error_t), allocatable, intent(inout) :: error

@@ -29,7 +29,8 @@ module taut
    use taut_ode_observer, only: observer_t, trajectory_t
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t, integration_result_t
-   use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
    use taut_constrained_method_options, only: method_t, method_names
    use taut_constrained_projection, only: projector_t
    use taut_constrained_start, only: consistent_start, start_report_t
@@ -51,7 +52,7 @@ module taut
    public :: chain_t, new_chain
    public :: modal_body_t, new_modal_body, new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
    public :: wp, error_t, raise, version
-   public :: mechanical_system_t, state_t, quantity_t, block_diagonal_t
+   public :: mechanical_system_t, tabulated_system_t, state_t, quantity_t, block_diagonal_t
    public :: new_ritz, ritz_t
    public :: simulation_t, archive_t, pause_t
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t

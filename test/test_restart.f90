@@ -3,7 +3,7 @@ module test_restart
    use, intrinsic :: iso_fortran_env, only: int64
    use systems, only: jumping_load, new_compound, new_coupler, new_particle, sleigh
    use taut, only: archive_t, error_t, integration_options_t, mechanical_system_t, method_names, method_t, pause_t, &
-                   simulation_t, state_t, status_interrupted, trajectory_t, wp
+                   simulation_t, state_t, status_interrupted, tabulated_system_t, trajectory_t, wp
    use taut_constrained_model_events, only: model_events_t
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_model_swing, only: new_swing_beam, swing_beam_t, swing_data_t
@@ -67,10 +67,13 @@ contains
       integer :: pauses
       logical :: same
 
-      if (model%n_events > 0) then
-         allocate (events)
-         call events%init(model)
-      end if
+      select type (model)
+      class is (tabulated_system_t)
+         if (model%n_events > 0) then
+            allocate (events)
+            call events%init(model)
+         end if
+      end select
       call whole%init(model, error, method, options)
       if (.not. allocated(error)) call whole%run(at, t_end, error, one, events)
       call no_error(failure, error)

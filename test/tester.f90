@@ -21,6 +21,7 @@ program tester
    use test_rigid_bodies, only: collect_rigid_bodies
    use test_squeezer, only: collect_squeezer
    use test_swing, only: collect_swing
+   use test_system, only: collect_system
    use test_verify, only: collect_verify
    use test_weighted_projection, only: collect_weighted_projection
    use test_rotation, only: collect_rotation
@@ -36,11 +37,12 @@ program tester
    call run_suite('linalg', collect_linalg(), trim(only), outcome)
    call run_suite('weighted projection', collect_weighted_projection(), trim(only), outcome)
    call run_suite('structure', collect_structure(), trim(only), outcome)
-   call run_suite('projection_matrices', collect_projection_matrices(), trim(only), outcome)
+   call run_suite('projection matrices', collect_projection_matrices(), trim(only), outcome)
    call run_suite('ode', collect_ode(), trim(only), outcome)
    call run_suite('ode edges', collect_ode_edges(), trim(only), outcome)
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
    call run_suite('helicopter', collect_helicopter(), trim(only), outcome)
+   call run_suite('system', collect_system(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('modal body', collect_modal_body(), trim(only), outcome)

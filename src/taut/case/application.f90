@@ -9,7 +9,8 @@ module taut_case_application
    use taut_case_posix, only: catch_signals
    use taut_case_run, only: check_start, run_case, run_options_t
    use taut_case_settings, only: settings_t
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    implicit none (type, external)
    private
    public :: run_application
@@ -19,7 +20,7 @@ module taut_case_application
 
    !> A case, read and checked.
    type :: job_t
-      class(mechanical_system_t), allocatable :: model
+      class(tabulated_system_t), allocatable :: model
       type(state_t) :: start
       type(settings_t) :: settings
    end type job_t
@@ -27,12 +28,12 @@ module taut_case_application
    abstract interface
       !> Makes a system of a case file.
       subroutine case_reader(file, model, start, settings, error)
-         import :: namelist_file_t, mechanical_system_t, state_t, settings_t, error_t
+         import :: namelist_file_t, tabulated_system_t, state_t, settings_t, error_t
          implicit none (type, external)
          !> The case file.
          type(namelist_file_t), intent(in) :: file
          !> The system.
-         class(mechanical_system_t), allocatable, intent(out) :: model
+         class(tabulated_system_t), allocatable, intent(out) :: model
          !> Initial state as given.
          type(state_t), intent(out) :: start
          !> Tolerances and methods.

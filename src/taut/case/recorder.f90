@@ -6,7 +6,8 @@ module taut_case_recorder
    use taut_case_csv, only: csv_t, number_text
    use taut_case_progress, only: progress_t
    use taut_constrained_formulation, only: constrained_ode_t, sample_t
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_ode_observer, only: observer_t
    use taut_ode_system, only: ode_system_t, rhs_ok
    implicit none (type, external)
@@ -49,7 +50,7 @@ contains
       !> Path of the CSV file.
       character(*), intent(in) :: path
       !> The system, for the names of its coordinates.
-      class(mechanical_system_t), intent(in) :: model
+      class(tabulated_system_t), intent(in) :: model
       !> Columns to write besides the time, with * for any characters; blank ones do not count, and none means all.
       character(*), intent(in) :: columns(:)
       !> Start and end, for the progress line [s].
@@ -79,7 +80,7 @@ contains
       !> The recorder.
       class(recorder_t), intent(inout) :: self
       !> The system.
-      class(mechanical_system_t), intent(in) :: model
+      class(tabulated_system_t), intent(in) :: model
       !> Columns to write besides the time, as in `create`.
       character(*), intent(in) :: columns(:)
       !> Start and end, for the progress line [s].
@@ -115,7 +116,7 @@ contains
 
    !> Name of a column; the columns are those of `observe`.
    function column_name(model, i) result(name)
-      class(mechanical_system_t), intent(in) :: model
+      class(tabulated_system_t), intent(in) :: model
       integer, intent(in) :: i
       character(:), allocatable :: name
       character(len=10), parameter :: violations(6) = [character(len=10) :: 'phi', 'phidot', 'phiddot', 'phi_raw', &

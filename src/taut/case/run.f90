@@ -13,7 +13,8 @@ module taut_case_run
    use taut_constrained_model_events, only: model_events_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_simulate, only: simulation_t
-   use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
    use taut_ode_status, only: status_event, status_interrupted, status_name, status_output_failed, status_reached_end
    implicit none (type, external)
    private
@@ -58,7 +59,7 @@ contains
       !> The case file.
       type(namelist_file_t), intent(in) :: file
       !> The system.
-      class(mechanical_system_t), intent(in) :: model
+      class(tabulated_system_t), intent(in) :: model
       !> Initial state.
       type(state_t), intent(in) :: start
       !> Methods.
@@ -116,7 +117,7 @@ contains
       !> The case file.
       type(namelist_file_t), intent(in) :: file
       !> The system.
-      class(mechanical_system_t), intent(in) :: model
+      class(tabulated_system_t), intent(in) :: model
       !> Initial state.
       type(state_t), intent(in) :: start
       !> Tolerances and methods.
@@ -211,7 +212,7 @@ contains
    subroutine run_method(file, model, start, settings, chosen, options, checkpoint, progress, all_ended, interrupted, row, &
                          event_rows, error)
       type(namelist_file_t), intent(in) :: file
-      class(mechanical_system_t), intent(in) :: model
+      class(tabulated_system_t), intent(in) :: model
       type(state_t), intent(in) :: start
       type(settings_t), intent(in) :: settings
       type(method_entry_t), intent(in) :: chosen
@@ -325,7 +326,7 @@ contains
       type(archive_t), intent(inout) :: checkpoint
       character(*), intent(in) :: folder
       type(recorder_t), intent(inout) :: recorder
-      class(mechanical_system_t), intent(in) :: model
+      class(tabulated_system_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       type(simulation_t), intent(inout) :: simulation
       type(error_t), allocatable, intent(inout) :: error

@@ -4,7 +4,8 @@ module taut_case_swing
    use taut_error, only: error_t, raise
    use taut_case_namelist_file, only: namelist_file_t, group_t
    use taut_case_settings, only: settings_t, read_settings, shared_groups
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_model_swing, only: new_swing_beam, new_swing_modal, swing_beam_t, swing_data_t, swing_modal_t
    implicit none (type, external)
    private
@@ -27,7 +28,7 @@ contains
       !> The case file.
       type(namelist_file_t), intent(in) :: file
       !> The swing.
-      class(mechanical_system_t), allocatable, intent(out) :: model
+      class(tabulated_system_t), allocatable, intent(out) :: model
       !> Initial state: at rest, undeformed.
       type(state_t), intent(out) :: start
       !> Tolerances and methods.
@@ -54,7 +55,7 @@ contains
    !> The system and its state at rest.
    subroutine build(choice, model, start, error)
       type(choice_t), intent(in) :: choice
-      class(mechanical_system_t), allocatable, intent(out) :: model
+      class(tabulated_system_t), allocatable, intent(out) :: model
       type(state_t), intent(out) :: start
       type(error_t), allocatable, intent(inout) :: error
       type(swing_beam_t), allocatable :: beam

@@ -10,6 +10,7 @@ module taut_constrained_formulation
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian, projector_t, relative_violation
    use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_sparse_rows, only: sparse_rows_t
    use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
@@ -670,7 +671,7 @@ contains
       integer :: iterations, n, n_x
 
       if (.not. allocated(s%mu)) &
-         allocate (s%mu(self%model%c), s%lambda(self%model%c), s%outputs(self%model%n_outputs), source=0.0_wp)
+         allocate (s%mu(self%model%c), s%lambda(self%model%c), source=0.0_wp)
       n = self%model%n
       n_x = self%model%n_x
       ! Output does not count as work of the method.
@@ -704,7 +705,11 @@ contains
       call self%a%multiply(self%dydt(n_x + 1:n_x + n), self%r, self%b_second)
       s%phiddot = largest(self%r)
       s%energy = self%model%energy(self%at)
-      if (self%model%n_outputs > 0) call self%model%outputs(self%at, s%lambda, s%outputs)
+      select type (model => self%model)
+      class is (tabulated_system_t)
+         if (.not. allocated(s%outputs)) allocate (s%outputs(model%n_outputs), source=0.0_wp)
+         if (model%n_outputs > 0) call model%outputs(self%at, s%lambda, s%outputs)
+      end select
       if (self%replaces_x) then
          s%phi_raw = self%phi_raw
          s%phidot_raw = self%phidot_raw

@@ -1,7 +1,8 @@
 !> The events that a mechanical system announces, for the integrator.
 module taut_constrained_model_events
    use taut_kinds, only: wp
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_ode_event, only: events_t
    implicit none (type, external)
    private
@@ -9,7 +10,7 @@ module taut_constrained_model_events
 
    !> Sign changes of the system's `event_values`, in both directions; none stops the integration.
    type, extends(events_t) :: model_events_t
-      class(mechanical_system_t), allocatable, private :: model
+      class(tabulated_system_t), allocatable, private :: model
       type(state_t), private :: at
    contains
       procedure :: init
@@ -23,7 +24,7 @@ contains
       !> The events.
       class(model_events_t), intent(out) :: self
       !> The system; copied.
-      class(mechanical_system_t), intent(in) :: model
+      class(tabulated_system_t), intent(in) :: model
       integer :: i
 
       allocate (self%model, source=model)

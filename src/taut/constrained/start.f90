@@ -5,7 +5,7 @@ module taut_constrained_start
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
    use taut_ode_system, only: rhs_ok
    implicit none (type, external)
    private
@@ -72,6 +72,8 @@ contains
       end do
       if (.not. (all(ieee_is_finite(at%w)) .and. ieee_is_finite(at%t))) &
          call raise(error, here, 'the time or another state is not a number', 'set it')
+      if (allocated(error)) return
+      call check_supplied(model, at, error)
       if (allocated(error)) return
       report%freedoms = model%n
       if (method%name == 'unconstrained') return

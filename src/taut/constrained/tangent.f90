@@ -2,7 +2,7 @@
 module taut_constrained_tangent
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
    implicit none (type, external)
    private
    public :: tangent, free_velocities, ready, default_difference
@@ -115,6 +115,7 @@ contains
       if (allocated(at%v)) deallocate (at%v)
       allocate (at%v(model%n), source=0.0_wp)
       if (.not. allocated(at%w)) allocate (at%w(model%n_w), source=0.0_wp)
+      call check_supplied(model, at, error)
    end subroutine ready
 
 end module taut_constrained_tangent

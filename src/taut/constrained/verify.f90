@@ -3,7 +3,7 @@ module taut_constrained_verify
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
@@ -63,6 +63,8 @@ contains
                     to_text(model%n)//' velocities and '//to_text(model%n_w)//' other states')
          return
       end if
+      call check_supplied(model, here, error)
+      if (allocated(error)) return
 
       allocate (a(model%c, model%n), a_expected(model%c, model%n), b(model%c), b_expected(model%c), &
                 phi(model%n_phi), f(model%n), g(model%n_w), source=unset())

@@ -5,7 +5,8 @@
 module taut_model_chain
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
@@ -13,7 +14,7 @@ module taut_model_chain
 
    !> Coordinates {x1, z1, x2, z2, ...} of the masses, horizontal and upward from the support [m];
    !! phi_i = |r_i - r_(i-1)| - l [m]; the multipliers are the tensions of the rods [N].
-   type, extends(mechanical_system_t) :: chain_t
+   type, extends(tabulated_system_t) :: chain_t
       !> Number of rods.
       integer :: rods = 0
       !> Length of each [m].
@@ -27,7 +28,6 @@ module taut_model_chain
       procedure :: force
       procedure :: constraint
       procedure :: pattern
-      procedure :: jacobian
       procedure :: jacobian_entries
       procedure :: acceleration_rhs
       procedure :: energy
@@ -147,18 +147,6 @@ contains
       first = [1, (4*i - 1, i=1, self%rods)]
       column = [1, 2, ((2*i - 4 + j, j=1, 4), i=2, self%rods)]
    end subroutine pattern
-
-   !> A as a whole: (rods, 2 rods).
-   subroutine jacobian(self, at, a)
-      !> The chain.
-      class(chain_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> The constraint matrix.
-      real(wp), intent(out) :: a(:, :)
-
-      call self%scatter_entries(at, a)
-   end subroutine jacobian
 
    !> The direction of each rod, with a minus sign for the mass before it.
    subroutine jacobian_entries(self, at, values)

@@ -3,7 +3,8 @@
 module taut_model_helicopter
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
@@ -38,7 +39,7 @@ module taut_model_helicopter
    !> Coordinates beta (flap, up) and theta (pitch, nose up) [rad]; phi = |x_A - x_B| - L [m], Eq. (29); the multiplier is
    !! the tension of the link [N]. Where the constraint is not enforced, the control system's stiffness K_c acts in its
    !! place, Eq. (30b).
-   type, extends(mechanical_system_t) :: helicopter_t
+   type, extends(tabulated_system_t) :: helicopter_t
       !> What the blade was made of.
       type(helicopter_data_t) :: data
       !> Flap frequency nu_beta, per revolution: its square is what Table 3 prints as 'blade flap frequency ratio'.
@@ -102,7 +103,8 @@ contains
       self%nu_beta = sqrt(1.0_wp + 1.5_wp*data%x_beta/(data%radius - data%x_beta))
       self%k_p = data%x_theta/data%y_theta
       self%k_c = data%i_f*(data%control_frequency*data%omega)**2
-      call self%define(n=2, c=1, n_outputs=1)
+      call self%define(n=2, c=1)
+      self%n_outputs = 1
 
    contains
 

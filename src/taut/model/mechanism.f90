@@ -5,7 +5,8 @@
 !! second body.
 module taut_model_mechanism
    use taut_kinds, only: wp
-   use taut_constrained_system, only: quantity_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: quantity_t
    use taut_model_beam_element, only: element_energy, internal_loads
    use taut_model_mechanism_body, only: point_motion, pose_t, turned
    use taut_model_mechanism_constraints, only: mechanism_constraints_t

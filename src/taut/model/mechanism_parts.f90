@@ -5,7 +5,8 @@
 module taut_model_mechanism_parts
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
-   use taut_constrained_system, only: mechanical_system_t, quantity_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_beam_element, only: beam_element_t
    use taut_model_mechanism_body, only: body_planar, body_t, coordinates_of_kind, entry_of_velocity, ground_pose, pose_t, &
@@ -59,7 +60,7 @@ module taut_model_mechanism_parts
    end type poses_t
 
    !> All parts, and the pattern of A that follows from them.
-   type, extends(mechanical_system_t), abstract :: mechanism_parts_t
+   type, extends(tabulated_system_t), abstract :: mechanism_parts_t
       !> Whether it is in the plane x-y.
       logical :: planar = .false.
       !> Gravity [m/s^2].
@@ -172,7 +173,9 @@ contains
       self%joint_of_row = [self%joint_of_row, joint_of_rate]
       call find_pattern(self)
       call self%define(n=sum(blocks), c=size(self%rows), nonholonomic=size(all_rates), n_x=n_x, &
-                       mass_blocks=blocks, n_outputs=number_of_outputs(self), n_events=size(self%events))
+                       mass_blocks=blocks)
+      self%n_outputs = number_of_outputs(self)
+      self%n_events = size(self%events)
    end subroutine complete
 
    !> A drive is not to jump.

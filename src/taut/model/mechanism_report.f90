@@ -3,7 +3,8 @@
 module taut_model_mechanism_report
    use taut_kinds, only: wp
    use taut_error, only: to_text
-   use taut_constrained_system, only: quantity_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: quantity_t
    use taut_linalg_lapack, only: dpstrf, dtrtrs
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: body_t, pose_t, vector_product

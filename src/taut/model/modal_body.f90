@@ -8,7 +8,8 @@
 module taut_model_modal_body
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_dead_load, only: dead_load_t
    use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity, turned, turned_back
@@ -28,7 +29,7 @@ module taut_model_modal_body
    end type modal_link_t
 
    !> The body. Coordinates: {r_0 (3), unit quaternion (4), q (modes)}.
-   type, extends(mechanical_system_t) :: modal_body_t
+   type, extends(tabulated_system_t) :: modal_body_t
       !> Number of shapes and of nodes.
       integer :: modes = 0, nodes = 0
       !> Nodes in the frame, undeformed: (3, nodes) [m].

@@ -5,7 +5,8 @@
 module taut_model_n_four_bar
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
@@ -18,7 +19,7 @@ module taut_model_n_four_bar
    !! ends and 2m/3 at its center: with the centers of the couplers as points, M is diagonal and S is banded, at the
    !! price of two linear constraints a coupler. The constraints, window by window: the length of the crank, that of the
    !! coupler, its center in x and in z: 4N + 1.
-   type, extends(mechanical_system_t) :: n_four_bar_t
+   type, extends(tabulated_system_t) :: n_four_bar_t
       !> Number of windows.
       integer :: windows = 0
       !> Mass of a rod [kg], length of the rods and distance of the pivots [m], gravity against z [m/s^2].
@@ -28,7 +29,6 @@ module taut_model_n_four_bar
       procedure :: force
       procedure :: constraint
       procedure :: pattern
-      procedure :: jacobian
       procedure :: jacobian_entries
       procedure :: acceleration_rhs
       procedure :: energy
@@ -169,18 +169,6 @@ contains
          column(e + 3:e + 12) = [k + 1, k + 2, k + 5, k + 6, k + 1, k + 3, k + 5, k + 2, k + 4, k + 6]
       end do
    end subroutine pattern
-
-   !> A as a whole: (4N + 1, 4N + 2).
-   subroutine jacobian(self, at, a)
-      !> The mechanism.
-      class(n_four_bar_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> The constraint matrix.
-      real(wp), intent(out) :: a(:, :)
-
-      call self%scatter_entries(at, a)
-   end subroutine jacobian
 
    !> The directions of the rods, and the weights of the centers.
    subroutine jacobian_entries(self, at, values)

@@ -5,7 +5,8 @@
 module taut_model_nodes
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_dead_load, only: dead_load_t
    use taut_model_node_constraint, only: kind_distance, kind_position, kind_rotation, node_constraint_t
@@ -16,7 +17,7 @@ module taut_model_nodes
    public :: nodal_system_t
 
    !> Nodes with masses, loads and constraints. An extension supplies `force`, with the help of `loads_and_inertia`.
-   type, abstract, extends(mechanical_system_t) :: nodal_system_t
+   type, abstract, extends(tabulated_system_t) :: nodal_system_t
       !> Number of nodes.
       integer :: nodes = 0
       !> Reference configuration: (7 nodes).

@@ -2,7 +2,8 @@
 module taut_model_pendulum
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
@@ -10,7 +11,7 @@ module taut_model_pendulum
 
    !> Coordinates x (horizontal) and z (upward) from the pivot [m]; phi = sqrt(x^2 + z^2) - L [m], Eq. (27c); the
    !! multiplier is the tension of the rod [N].
-   type, extends(mechanical_system_t) :: pendulum_t
+   type, extends(tabulated_system_t) :: pendulum_t
       !> Mass [kg].
       real(wp) :: m = 1.0_wp
       !> Length of the rod [m].

@@ -1,0 +1,187 @@
+!> The defaults of `mechanical_system_t`, most of which do nothing, and whether one stands where it must not.
+submodule(taut_constrained_system) taut_constrained_system_defaults
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use, intrinsic :: iso_fortran_env, only: int64
+   use taut_error, only: raise
+   implicit none (type, external)
+
+   !> The bits of a quiet NaN, and in its payload the word taut.
+   integer(int64), parameter :: mark = int(z'7FF8000074617574', int64)
+
+contains
+
+   !> A vector of zeros.
+   module procedure zero_vector
+      value(:) = 0.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end procedure zero_vector
+
+   !> A vector that tells that the system has no such procedure.
+   module procedure vector_not_supplied
+      value(:) = not_supplied()
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end procedure vector_not_supplied
+
+   !> Entries of A that tell the same.
+   module procedure entries_not_supplied
+      values(:) = not_supplied()
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end procedure entries_not_supplied
+
+   !> Where the entries of A are that can differ from zero, row by row; the default says nothing: A is dense.
+   module procedure dense_pattern
+      associate (unused_system => self, unused_first => first, unused_column => column)
+      end associate
+   end procedure dense_pattern
+
+   !> All of A from its entries.
+   module procedure scatter_entries
+      integer, allocatable :: first(:), column(:)
+      real(wp), allocatable :: values(:)
+      integer :: i, k
+
+      a(:, :) = 0.0_wp
+      call self%pattern(first, column)
+      if (.not. (allocated(first) .and. allocated(column))) then
+         a(:, :) = not_supplied()
+         return
+      end if
+      allocate (values(size(column)))
+      call self%jacobian_entries(at, values)
+      do i = 1, self%c
+         do k = first(i), first(i + 1) - 1
+            a(i, column(k)) = values(k)
+         end do
+      end do
+   end procedure scatter_entries
+
+   !> A weight matrix W of the user's own, for `weight = "given"`; the default is the identity.
+   module procedure unit_weight
+      call w%set_identity()
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end procedure unit_weight
+
+   !> xdot = H(x) u; the default is H = I.
+   module procedure x_rate_is_v
+      integer :: i
+
+      if (size(u) == size(value)) then
+         !GCC$ unroll 1
+         do i = 1, size(u)
+            value(i) = u(i)
+         end do
+      else
+         value(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+      end if
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end procedure x_rate_is_v
+
+   !> The velocities that belong to a rate of the coordinates: H(x)^+ xdot; the default is H = I.
+   module procedure v_is_x_rate
+      integer :: i
+
+      if (size(u) == size(rate)) then
+         !GCC$ unroll 1
+         do i = 1, size(u)
+            u(i) = rate(i)
+         end do
+      else
+         u(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+      end if
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end procedure v_is_x_rate
+
+   !> x := x (+) d, a small displacement along the velocities; the default is x + d.
+   module procedure add_displacement
+      integer :: i
+
+      do i = 1, size(d)
+         x(i) = x(i) + d(i)
+      end do
+      associate (unused_system => self)
+      end associate
+   end procedure add_displacement
+
+   !> Brings coordinates that are redundant by themselves, such as unit quaternions, back to their own manifold.
+   module procedure leave_coordinates
+      associate (unused_system => self, unused_coordinates => x)
+      end associate
+   end procedure leave_coordinates
+
+   !> Total energy; the default, 'unknown', is not a number.
+   module procedure no_energy
+      energy = ieee_value(energy, ieee_quiet_nan)
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end procedure no_energy
+
+   !> Times at which a load or a drive has a kink or a jump; the default has none.
+   module procedure no_breakpoints
+      allocate (times(0))
+      associate (unused_system => self)
+      end associate
+   end procedure no_breakpoints
+
+   !> Not a number, with bits of its own: no calculation leaves it behind.
+   pure function not_supplied() result(value)
+      !> A quiet NaN.
+      real(wp) :: value
+      integer(int64) :: bits
+
+      ! Not a named constant, of which the compiler would keep only that it is not a number.
+      bits = mark
+      value = transfer(bits, value)
+   end function not_supplied
+
+   !> Whether a number is `not_supplied`.
+   elemental logical function is_not_supplied(value)
+      !> The number.
+      real(wp), intent(in) :: value
+
+      is_not_supplied = transfer(value, mark) == mark
+   end function is_not_supplied
+
+   !> Whether the system supplies what its numbers of constraints ask for.
+   module subroutine check_supplied(model, at, error)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      type(error_t), allocatable, intent(inout) :: error
+      integer, allocatable :: column(:), first(:)
+      real(wp), allocatable :: a(:, :), b(:), entries(:), phi(:)
+
+      allocate (b(model%c), phi(model%n_phi), source=0.0_wp)
+      call model%constraint(at, phi)
+      call need('constraint', phi, error)
+      if (model%c == 0) return
+      call model%acceleration_rhs(at, b)
+      call need('acceleration_rhs', b, error)
+      call model%pattern(first, column)
+      if (allocated(first)) then
+         allocate (entries(size(column)), source=0.0_wp)
+         call model%jacobian_entries(at, entries)
+         call need('jacobian_entries', entries, error)
+      else
+         allocate (a(model%c, model%n), source=0.0_wp)
+         call model%jacobian(at, a)
+         call need('jacobian', a(1, :), error)
+      end if
+   end subroutine check_supplied
+
+   !> Complains about the answer of a default.
+   subroutine need(name, answer, error)
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: answer(:)
+      type(error_t), allocatable, intent(inout) :: error
+
+      if (any(is_not_supplied(answer))) &
+         call raise(error, 'mechanical system', 'it has constraints and no procedure '//name, &
+                    'supply it: taut_constrained_system says what it has to answer')
+   end subroutine need
+
+end submodule taut_constrained_system_defaults

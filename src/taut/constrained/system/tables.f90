@@ -1,0 +1,153 @@
+!> What only tables need of a system: names of columns, further columns, quantities, texts, and events that are recorded.
+module taut_constrained_system_tables
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use taut_kinds, only: wp
+   use taut_error, only: to_text
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   implicit none (type, external)
+   private
+   public :: tabulated_system_t, quantity_t
+
+   !> A number that a system knows about itself, for tables and drawings.
+   type :: quantity_t
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+      !> Its value.
+      real(wp) :: value = 0.0_wp
+      !> Its unit, without commas; `1` if it has none.
+      character(:), allocatable :: unit
+   end type quantity_t
+
+   !> A system with something to say in tables. Everything has a default, so that any system can be one.
+   type, abstract, extends(mechanical_system_t) :: tabulated_system_t
+      !> Numbers that the system computes at a state besides the standard ones.
+      integer :: n_outputs = 0
+      !> Functions of the state whose sign changes are events.
+      integer :: n_events = 0
+   contains
+      procedure :: x_name => numbered_x
+      procedure :: v_name => numbered_v
+      procedure :: output_name => numbered_output
+      procedure :: outputs => no_outputs
+      procedure :: quantities => no_quantities
+      procedure :: describe => no_text
+      procedure :: note => no_text
+      procedure :: event_name => numbered_event
+      procedure :: event_values => no_event_values
+   end type tabulated_system_t
+
+contains
+
+   !> Name of a coordinate in tables; the default is x1, x2, ...
+   function numbered_x(self, i) result(name)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> Index of the coordinate.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = 'x'//to_text(i)
+      associate (unused_system => self)
+      end associate
+   end function numbered_x
+
+   !> Name of a velocity in tables; the default is v1, v2, ...
+   function numbered_v(self, i) result(name)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> Index of the velocity.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = 'v'//to_text(i)
+      associate (unused_system => self)
+      end associate
+   end function numbered_v
+
+   !> Name of a further column in tables; the default is output1, output2, ...
+   function numbered_output(self, i) result(name)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> Index of the output.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = 'output'//to_text(i)
+      associate (unused_system => self)
+      end associate
+   end function numbered_output
+
+   !> What the system computes at a state for tables: forces of its parts, positions of its points; the default, for
+   !! systems that announce outputs and do not compute them, is not a number.
+   subroutine no_outputs(self, at, lambda, values)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> Multipliers of Eq. (14b): (c).
+      real(wp), intent(in) :: lambda(:)
+      !> The numbers: (n_outputs).
+      real(wp), intent(out) :: values(:)
+
+      values(:) = ieee_value(values, ieee_quiet_nan)
+      associate (unused_system => self, unused_state => at, unused_multipliers => lambda)
+      end associate
+   end subroutine no_outputs
+
+   !> What the system knows about itself, such as numbers that follow from its data; the default is nothing.
+   function no_quantities(self) result(list)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> In the order of a table.
+      type(quantity_t), allocatable :: list(:)
+
+      allocate (list(0))
+      associate (unused_system => self)
+      end associate
+   end function no_quantities
+
+   !> `describe`: what people are told before a run, lines with their ends; `note`: what a reader of the results has to know, one
+   !! line without commas for their summary. The default is nothing.
+   function no_text(self) result(text)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> The text.
+      character(:), allocatable :: text
+
+      text = ''
+      associate (unused_system => self)
+      end associate
+   end function no_text
+
+   !> Name of an event in tables; the default is event1, event2, ...
+   function numbered_event(self, i) result(name)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> Index of the event.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = 'event'//to_text(i)
+      associate (unused_system => self)
+      end associate
+   end function numbered_event
+
+   !> Functions whose sign changes are recorded; the default, for systems that announce none, never changes sign.
+   subroutine no_event_values(self, at, values)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The functions: (n_events).
+      real(wp), intent(out) :: values(:)
+
+      values(:) = 1.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine no_event_values
+
+end module taut_constrained_system_tables
