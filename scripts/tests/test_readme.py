@@ -1,50 +1,115 @@
+"""The documents: what they show exists, what they link to is there, and the examples do what they say."""
+
 import os
 import re
 import subprocess
+import tomllib
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
+DOCUMENTS = sorted(
+    path
+    for path in ROOT.rglob("*.md")
+    if not re.search(r"^(build|results)/|(^|/)\.", path.relative_to(ROOT).as_posix())
+)
+EXAMPLES = {
+    example["name"]: ROOT / example["source-dir"] / example["main"]
+    for example in tomllib.loads((ROOT / "fpm.toml").read_text(encoding="utf-8"))["example"]
+}
+each = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 
 
-def fortran_of_readme() -> str:
-    blocks = re.findall(r"```fortran\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 1
-    return blocks[0]
+def text_of(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
 
 
-def test_readme_program_runs_from_outside_the_library(tmp_path: Path) -> None:
+def prose(path: Path) -> str:
+    """Returns a document without its blocks of code."""
+    return re.sub(r"(?ms)^```.*?^```$|^    .*?$", "", path.read_text(encoding="utf-8"))
+
+
+def anchors(path: Path) -> set[str]:
+    """Returns the anchors of a document's headings, made as GitHub makes them."""
+    titles = re.findall(r"(?m)^#+ (.*)$", prose(path))
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@each
+def test_links_lead_somewhere(path: Path) -> None:
+    for link in re.findall(r"\]\(([^)\s]+)\)", prose(path)):
+        if re.match(r"\w+:", link):
+            continue
+        name, _, anchor = link.partition("#")
+        target = (path.parent / name).resolve() if name else path
+        assert target.exists(), f"{link}: there is no such file"
+        if anchor:
+            assert anchor in anchors(target), f"{link}: there is no such heading"
+
+
+def test_front_page_is_short() -> None:
+    assert (ROOT / "README.md").stat().st_size <= 12_000
+
+
+def test_front_page_leads_to_every_document() -> None:
+    reached, ahead = set(), [ROOT / "README.md"]
+    while ahead:
+        path = ahead.pop()
+        if path in reached:
+            continue
+        reached.add(path)
+        links = re.findall(r"\]\(([^)#\s]+\.md)[^)]*\)", prose(path))
+        ahead += [(path.parent / link).resolve() for link in links]
+    assert set(DOCUMENTS) <= reached
+
+
+def test_readme_names_every_case() -> None:
+    readme = text_of("README.md")
+    for case in (ROOT / "cases").glob("*/*.nml"):
+        assert f"`{case.stem}`" in readme, f"{case.name} is missing in the table of cases"
+
+
+def test_fortran_of_the_readme_is_of_an_example() -> None:
+    blocks = re.findall(r"```fortran\n(.*?)```", text_of("README.md"), re.DOTALL)
+    assert blocks
+    for block in blocks:
+        assert block in EXAMPLES["bead"].read_text(encoding="utf-8")
+
+
+def test_every_example_is_built_and_listed() -> None:
+    folder = ROOT / "cases/examples"
+    assert set(EXAMPLES.values()) == set(folder.glob("*.f90"))
+    listed = re.findall(r"(?m)^\| \[(\w+)\]\((\w+\.f90)\)", text_of("cases/examples/README.md"))
+    assert {name: folder / file for name, file in listed} == EXAMPLES
+
+
+def said_by(*command: str | Path, folder: Path = ROOT) -> str:
+    ran = subprocess.run(
+        command,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        timeout=600,
+        check=False,
+    )
+    assert ran.returncode == 0, (ran.stdout + ran.stderr)[-2000:]
+    return ran.stdout
+
+
+def test_bead_runs_from_outside_the_library(tmp_path: Path) -> None:
     # A user's own fpm project that knows taut by its path alone.
     (tmp_path / "app").mkdir()
-    (tmp_path / "app" / "main.f90").write_text(fortran_of_readme(), encoding="utf-8")
+    (tmp_path / "app/main.f90").write_text(EXAMPLES["bead"].read_text(encoding="utf-8"), encoding="utf-8")
     path = os.path.relpath(ROOT, tmp_path)  # fpm takes relative paths alone
     (tmp_path / "fpm.toml").write_text(
         f'name = "wire"\n[build]\nlink = ["lapack", "blas"]\n[dependencies]\ntaut = {{ path = "{path}" }}\n',
         encoding="utf-8",
     )
-    ran = subprocess.run(
-        ["fpm", "run", "--flag", "-g"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr[-2000:]
-    said = [line for line in ran.stdout.splitlines() if "phi =" in line][-1]
+    output = said_by("fpm", "run", "--flag", "-g", folder=tmp_path)
+    said = [line for line in output.splitlines() if "phi =" in line][-1]
     assert said.startswith("reached-end")
     assert abs(float(said.split("=")[1])) <= 1e-12
-    # The bead stays on its side of the energy it began with: z <= 1 + v^2/2g.
-    z = float(said.split()[2])
-    assert 0.0 <= z <= 1.0 + 0.05 / (2 * 9.81) + 1e-6
-
-
-def test_readme_names_every_case() -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    for case in (ROOT / "cases").glob("*/*.nml"):
-        assert f"`{case.stem}`" in readme, f"{case.name} is missing in the table of cases"
-
-
-def test_readme_shows_existing_pictures() -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    for path in re.findall(r"!\[[^]]*\]\(([^)]+)\)", readme):
-        assert (ROOT / path).is_file()
+    # Without drag the height of its energy stays z + v^2/2g.
+    assert float(output.split()[-1]) == pytest.approx(1.0 + 0.05 / (2 * 9.81), abs=3e-6)
