@@ -1,9 +1,11 @@
 """The documents: what they show exists, what they link to is there, and the examples do what they say."""
 
+import math
 import os
 import re
 import subprocess
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -113,3 +115,42 @@ def test_bead_runs_from_outside_the_library(tmp_path: Path) -> None:
     assert abs(float(said.split("=")[1])) <= 1e-12
     # Without drag the height of its energy stays z + v^2/2g.
     assert float(output.split()[-1]) == pytest.approx(1.0 + 0.05 / (2 * 9.81), abs=3e-6)
+
+
+@pytest.fixture(scope="module")
+def said() -> Callable[[str], list[str]]:
+    def lines(name: str) -> list[str]:
+        return said_by("fpm", "run", "--example", name, "--profile", "release").splitlines()
+
+    return lines
+
+
+def pairs(lines: list[str], beginning: str) -> tuple[float, float]:
+    """Returns the two numbers at the end of a line: what was computed, and its closed form."""
+    [line] = [line for line in lines if line.startswith(beginning)]
+    computed, closed = line.split()[-2:]
+    return float(computed), float(closed)
+
+
+@pytest.mark.parametrize(
+    ("name", "beginning", "closed", "tolerance"),
+    [
+        ("turning_tube", "reached-end, radius", 0.5 * math.cos(15.0), 2e-8),
+        ("sleigh", "reached-end, how far", 0.5 * 9.81 / (2 * 1.5**2) * math.sin(7.5) ** 2, 2e-8),
+        ("large", "reached-end, force", 0.1 * 0.01 * 1000 * 1001 / 2, 1e-5),
+        ("events", "time", math.gamma(0.25) ** 2 / (4 * math.sqrt(math.pi * 9.81)), 2e-6),
+        ("events", "tension", 3 * 9.81, 2e-6),
+    ],
+)
+def test_examples_meet_closed_forms(
+    said: Callable[[str], list[str]], name: str, beginning: str, closed: float, tolerance: float
+) -> None:
+    computed, printed = pairs(said(name), beginning)
+    assert printed == pytest.approx(closed, abs=1e-6)
+    assert computed == pytest.approx(closed, abs=tolerance)
+
+
+def test_example_of_a_checkpoint_goes_on_bit_for_bit(said: Callable[[str], list[str]]) -> None:
+    before, after = said("checkpoint")[-2:]
+    assert before.startswith("interrupted at") and after.startswith("reached-end at")
+    assert float(after.split()[-1]) == 0.0
