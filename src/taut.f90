@@ -20,13 +20,16 @@ module taut
    use taut_version, only: version
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_pseudo_inverse, only: pseudo_inverse_t, path_name
-   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry, rhs_failed, rhs_no_projection
+   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot
    use taut_ode_status, only: status_name, status_reached_end, status_event, status_step_too_small, &
                               status_too_many_steps, status_not_finite, status_rhs_failed, status_projection_failed, &
                               status_output_failed, status_not_started, status_interrupted
    use taut_ode_pause, only: pause_t
    use taut_ode_event, only: events_t, event_record_t
    use taut_ode_observer, only: observer_t, trajectory_t
+   use taut_ode_step_control, only: controller_constants_t, step_control_t
+   use taut_ode_stepper, only: stepper_t, work_t
+   use taut_ode_stepper_choose, only: integrator_names
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_constrained_system, only: mechanical_system_t, state_t

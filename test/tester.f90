@@ -10,6 +10,7 @@ program tester
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
    use test_ode_edges, only: collect_ode_edges
+   use test_stepper, only: collect_stepper
    use test_projection_matrices, only: collect_projection_matrices
    use test_settings, only: collect_settings
    use test_structure, only: collect_structure
@@ -39,6 +40,7 @@ program tester
    call run_suite('structure', collect_structure(), trim(only), outcome)
    call run_suite('projection matrices', collect_projection_matrices(), trim(only), outcome)
    call run_suite('ode', collect_ode(), trim(only), outcome)
+   call run_suite('stepper', collect_stepper(), trim(only), outcome)
    call run_suite('ode edges', collect_ode_edges(), trim(only), outcome)
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
    call run_suite('helicopter', collect_helicopter(), trim(only), outcome)

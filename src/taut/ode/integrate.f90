@@ -4,15 +4,17 @@ module taut_ode_integrate
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_ode_event, only: crosses, event_record_t, events_t
+   use taut_ode_ending, only: fail, give_up
+   use taut_ode_event, only: events_t
+   use taut_ode_event_search, only: check_events, event_search_t
    use taut_ode_observer, only: observer_t
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_pause, only: pause_t
-   use taut_ode_status, only: status_reached_end, status_event, status_step_too_small, status_too_many_steps, &
-                              status_not_finite, status_rhs_failed, status_projection_failed, status_output_failed, &
+   use taut_ode_status, only: status_reached_end, status_event, status_too_many_steps, status_output_failed, &
                               status_not_started, status_interrupted
    use taut_ode_step, only: step_t
-   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_failed, rhs_no_projection
+   use taut_ode_stepper, only: stepper_t, work_t
+   use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_failed, rhs_ok
    implicit none (type, external)
    private
    public :: integrator_t
@@ -30,7 +32,7 @@ module taut_ode_integrate
       logical, private :: under_way = .false.
       !> Output points so far, and the reason of the last try that failed.
       integer, private :: outputs = 0, info = rhs_ok
-      real(wp), allocatable, private :: g_old(:), g_new(:), g_work(:)
+      type(event_search_t), private :: search
    contains
       procedure :: init
       procedure :: run
@@ -41,7 +43,7 @@ module taut_ode_integrate
 contains
 
    !> Checks the options and allocates the workspace.
-   subroutine init(self, n, options, error)
+   subroutine init(self, n, options, error, stepper)
       !> The integrator.
       class(integrator_t), intent(inout) :: self
       !> Size of the state.
@@ -50,9 +52,11 @@ contains
       type(integration_options_t), intent(in) :: options
       !> An option that is not valid.
       type(error_t), allocatable, intent(inout) :: error
+      !> A stepper of one's own, in the place of the one that `options%integrator` names; copied.
+      class(stepper_t), intent(in), optional :: stepper
 
       self%options = options
-      call self%step%init(n, options, error)
+      call self%step%init(n, options, error, stepper)
       call options%check(error)
    end subroutine init
 
@@ -98,14 +102,14 @@ contains
       end if
       self%step%direction = sign(1.0_wp, t_end - t)
       self%step%t = t
-      self%step%evaluations = 0
+      self%step%stepper%work = work_t()
       self%t_start = t
       self%step%y(:) = y
       self%outputs = 0
       self%info = rhs_ok
       if (present(events)) then
-         call size_events(self, events)
-         call events%evaluate(t, self%step%y, self%g_old)
+         call self%search%init(events)
+         call self%search%look(events, t, self%step%y)
       end if
       if (abs(t_end - t) <= 0.0_wp) then
          if (present(observer)) call show(ode, t, 0.0_wp, self%step%y, result, observer)
@@ -139,40 +143,9 @@ contains
 
       if (result%status /= status_interrupted) return
       result%status = status_not_started
-      if (present(events)) then
-         if (.not. allocated(self%g_new)) call size_events(self, events)
-      end if
+      if (present(events)) call self%search%init(events)
       call proceed(self, ode, t, y, result, observer, events, pause)
    end subroutine resume
-
-   !> Whether the events are set up.
-   subroutine check_events(events, error)
-      class(events_t), intent(in) :: events
-      type(error_t), allocatable, intent(inout) :: error
-
-      if (.not. (allocated(events%direction) .and. allocated(events%terminal))) then
-         call raise(error, 'integration', 'direction or terminal of the events is not allocated', &
-                    'give both one entry for each function')
-      else if (size(events%direction) /= size(events%terminal)) then
-         call raise(error, 'integration', 'direction and terminal of the events have different sizes', &
-                    'give both one entry for each function')
-      end if
-   end subroutine check_events
-
-   !> Room for the values of the events.
-   subroutine size_events(self, events)
-      type(integrator_t), intent(inout) :: self
-      class(events_t), intent(in) :: events
-      integer :: n
-
-      n = size(events%terminal)
-      if (allocated(self%g_new)) deallocate (self%g_new, self%g_work)
-      allocate (self%g_new(n), self%g_work(n), source=0.0_wp)
-      if (allocated(self%g_old)) then
-         if (size(self%g_old) /= n) deallocate (self%g_old)
-      end if
-      if (.not. allocated(self%g_old)) allocate (self%g_old(n), source=0.0_wp)
-   end subroutine size_events
 
    !> From stop to stop.
    subroutine proceed(self, ode, t, y, result, observer, events, pause)
@@ -214,7 +187,12 @@ contains
       t = self%step%t
       y(:) = self%step%y
       result%t = t
-      result%rhs_evaluations = self%step%evaluations
+      associate (work => self%step%stepper%work)
+         result%rhs_evaluations = work%rhs
+         result%jacobians = work%jacobians
+         result%factorizations = work%factorizations
+         result%newton_iterations = work%iterations
+      end associate
    end subroutine proceed
 
    !> The breakpoints between start and end in the order in which they are met, and the end.
@@ -250,7 +228,7 @@ contains
       class(events_t), intent(inout), optional :: events
       class(pause_t), intent(inout), optional :: pause
       real(wp) :: h, h_next, least, t_new
-      logical :: accepted, lands
+      logical :: accepted, lands, replaced
 
       associate (step => self%step)
          do
@@ -280,7 +258,7 @@ contains
             t_new = step%t + h
             if (lands) t_new = stop_time
             call step%try(ode, t_new, h, h_next, accepted, self%info)
-            if (self%info == rhs_failed .or. (self%info /= rhs_ok .and. step%control%fixed)) then
+            if (self%info == rhs_failed .or. self%info == rhs_cannot .or. (self%info /= rhs_ok .and. step%control%fixed)) then
                call fail(ode, self%info, step%t, result)
                return
             end if
@@ -294,189 +272,84 @@ contains
                cycle
             end if
             result%steps = result%steps + 1
-            call look(self, ode, t_new, h, lands .and. last, result, observer, events)
+            call look(self, ode, lands .and. last, result, observer, events)
             if (result%status /= status_not_started) return
-            call step%accept(t_new, h_next)
+            call step%accept(ode, h_next, replaced, self%info)
+            if (replaced) then
+               if (self%info /= rhs_ok) then
+                  call fail(ode, self%info, step%t, result)
+                  return
+               end if
+               if (present(events)) call self%search%look(events, step%t, step%y)
+            end if
             if (lands) return
          end do
       end associate
    end subroutine advance
 
-   !> Events and output of an accepted step, before it replaces the one before.
-   subroutine look(self, ode, t_new, h, at_end, result, observer, events)
+   !> Events and output of a step that holds, before it replaces the one before.
+   subroutine look(self, ode, at_end, result, observer, events)
       type(integrator_t), intent(inout) :: self
       class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: t_new, h
       logical, intent(in) :: at_end
       type(integration_result_t), intent(inout) :: result
       class(observer_t), intent(inout), optional :: observer
       class(events_t), intent(inout), optional :: events
       real(wp) :: t_shown, t_last
-      integer :: first_terminal
+      integer :: info, terminal
 
-      t_last = t_new
-      first_terminal = 0
-      if (self%options%output_dt > 0.0_wp .or. present(events)) call self%step%prepare_interpolation(h)
-      if (present(events)) call find_events(self, ode, t_new, h, t_last, first_terminal, result, events)
+      associate (step => self%step)
+         t_last = step%t_new
+         terminal = 0
+         if (present(events)) then
+            call self%search%find(step, ode, events, terminal, result)
+            if (terminal > 0) t_last = result%events(terminal)%t
+         end if
 
-      if (present(observer) .and. self%options%output_dt > 0.0_wp) then
-         do
-            t_shown = self%t_start + self%step%direction*(self%outputs + 1)*self%options%output_dt
-            ! A point that falls on the step's end but for round-off is the step's end.
-            if ((t_shown - t_last)*self%step%direction > -1.0e-9_wp*abs(h)) exit
-            self%outputs = self%outputs + 1
-            call interpolate(self, ode, t_shown, h, result)
-            if (result%status /= status_not_started) return
-            call show(ode, t_shown, h, self%step%y_work, result, observer)
-            if (result%status /= status_not_started) return
-         end do
-      end if
+         if (present(observer) .and. self%options%output_dt > 0.0_wp) then
+            do
+               t_shown = next_output(self)
+               ! A point that falls on the step's end but for round-off is the step's end.
+               if ((t_shown - t_last)*step%direction > -1.0e-9_wp*abs(step%h_tried)) exit
+               self%outputs = self%outputs + 1
+               call step%interpolate(ode, t_shown, info)
+               if (info /= rhs_ok) call fail(ode, info, t_shown, result)
+               if (result%status /= status_not_started) return
+               call show(ode, t_shown, step%h_tried, step%y_inside, result, observer)
+               if (result%status /= status_not_started) return
+            end do
+         end if
 
-      if (first_terminal > 0) then
-         self%step%t = t_last
-         self%step%y(:) = result%events(first_terminal)%y
-         result%status = status_event
-         if (present(observer)) call show(ode, self%step%t, h, self%step%y, result, observer)
-         return
-      end if
-      if (.not. present(observer)) return
-      if (self%options%output_dt > 0.0_wp) then
-         t_shown = self%t_start + self%step%direction*(self%outputs + 1)*self%options%output_dt
-         if (abs(t_shown - t_new) <= 1.0e-9_wp*abs(h)) then
-            self%outputs = self%outputs + 1
-         else if (.not. at_end) then
+         if (terminal > 0) then
+            step%t = t_last
+            step%y(:) = result%events(terminal)%y
+            result%status = status_event
+            if (present(observer)) call show(ode, step%t, step%h_tried, step%y, result, observer)
             return
          end if
-      end if
-      call show(ode, t_new, h, self%step%y_new, result, observer)
-      if (result%status /= status_not_started) then
-         self%step%t = t_new
-         self%step%y(:) = self%step%y_new
-      end if
+         if (.not. present(observer)) return
+         if (self%options%output_dt > 0.0_wp) then
+            t_shown = next_output(self)
+            if (abs(t_shown - step%t_new) <= 1.0e-9_wp*abs(step%h_tried)) then
+               self%outputs = self%outputs + 1
+            else if (.not. at_end) then
+               return
+            end if
+         end if
+         call show(ode, step%t_new, step%h_tried, step%y_new, result, observer)
+         if (result%status /= status_not_started) then
+            step%t = step%t_new
+            step%y(:) = step%y_new
+         end if
+      end associate
    end subroutine look
 
-   !> The state inside the current step, in the step's `y_work`.
-   subroutine interpolate(self, ode, t, h, result)
-      type(integrator_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: t, h
-      type(integration_result_t), intent(inout) :: result
-      integer :: info
+   !> Time of the next output point [s].
+   pure real(wp) function next_output(self)
+      type(integrator_t), intent(in) :: self
 
-      call self%step%interpolate(ode, t, h, info)
-      if (info /= rhs_ok) call fail(ode, info, t, result)
-   end subroutine interpolate
-
-   !> Locates the sign changes within an accepted step and records them up to the first terminal one.
-   subroutine find_events(self, ode, t_new, h, t_last, first_terminal, result, events)
-      type(integrator_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: t_new, h
-      real(wp), intent(inout) :: t_last
-      integer, intent(out) :: first_terminal
-      type(integration_result_t), intent(inout) :: result
-      class(events_t), intent(inout) :: events
-      type(event_record_t) :: found
-      type(event_record_t), allocatable :: met(:)
-      integer :: i, j
-
-      first_terminal = 0
-      call events%evaluate(t_new, self%step%y_new, self%g_new)
-      if (.not. any(crosses(self%g_old, self%g_new, events%direction))) then
-         self%g_old(:) = self%g_new
-         return
-      end if
-      allocate (met(0))
-      do i = 1, size(self%g_new)
-         if (.not. crosses(self%g_old(i), self%g_new(i), events%direction(i))) cycle
-         call locate(self, ode, t_new, h, i, found, result, events)
-         if (result%status /= status_not_started) return
-         ! Kept in the order in which they are met.
-         j = size(met)
-         do while (j > 0)
-            if ((met(j)%t - found%t)*self%step%direction <= 0.0_wp) exit
-            j = j - 1
-         end do
-         met = [met(:j), found, met(j + 1:)]
-      end do
-      do i = 1, size(met)
-         result%events = [result%events, met(i)]
-         if (events%terminal(met(i)%index)) then
-            t_last = met(i)%t
-            first_terminal = size(result%events)
-            exit
-         end if
-      end do
-      self%g_old(:) = self%g_new
-   end subroutine find_events
-
-   !> One sign change to round-off of the time, by inverse quadratic interpolation and bisection on the continuous extension.
-   !!
-   !! Source: T.R. Chandrupatla, A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function
-   !! without using derivatives, Adv. Eng. Softw. 28 (1997) 145-149.
-   subroutine locate(self, ode, t_new, h, index, found, result, events)
-      type(integrator_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: t_new, h
-      integer, intent(in) :: index
-      type(event_record_t), intent(inout) :: found
-      type(integration_result_t), intent(inout) :: result
-      class(events_t), intent(inout) :: events
-      real(wp) :: a, b, c, ga, gb, gc, g, t, fraction, width, xi, phi
-      integer :: i
-
-      a = t_new
-      ga = self%g_new(index)
-      b = self%step%t
-      gb = self%g_old(index)
-      c = b
-      gc = gb
-      fraction = 0.5_wp
-      self%step%y_work(:) = self%step%y_new
-      if (abs(ga) > 0.0_wp) then
-         do i = 1, 100
-            t = a + fraction*(b - a)
-            call interpolate(self, ode, t, h, result)
-            if (result%status /= status_not_started) return
-            call events%evaluate(t, self%step%y_work, self%g_work)
-            g = self%g_work(index)
-            if ((g > 0.0_wp .and. ga > 0.0_wp) .or. (g < 0.0_wp .and. ga < 0.0_wp)) then
-               c = a
-               gc = ga
-            else
-               c = b
-               gc = gb
-               b = a
-               gb = ga
-            end if
-            a = t
-            ga = g
-            width = 2.0_wp*spacing(max(abs(self%step%t), abs(t_new)))/max(abs(b - a), tiny(1.0_wp))
-            if (abs(ga) <= 0.0_wp .or. width >= 0.5_wp) exit
-            fraction = 0.5_wp
-            if (abs(b - c) > 0.0_wp .and. abs(gb - gc) > 0.0_wp) then
-               xi = (a - b)/(c - b)
-               phi = (ga - gb)/(gc - gb)
-               if (phi*phi < xi .and. (1.0_wp - phi)**2 < 1.0_wp - xi) &
-                  fraction = ga/(gb - ga)*gc/(gb - gc) + (c - a)/(b - a)*ga/(gc - ga)*gb/(gc - gb)
-            end if
-            fraction = min(1.0_wp - width, max(width, fraction))
-         end do
-      end if
-      ! The side beyond the sign change, so that a new start from here does not meet the same event again.
-      if ((ga > 0.0_wp .and. self%g_new(index) < 0.0_wp) .or. (ga < 0.0_wp .and. self%g_new(index) > 0.0_wp)) then
-         a = b
-         if (abs(a - t_new) <= 0.0_wp) then
-            self%step%y_work(:) = self%step%y_new
-         else
-            call interpolate(self, ode, a, h, result)
-            if (result%status /= status_not_started) return
-         end if
-      end if
-      found%t = a
-      found%index = index
-      found%y = self%step%y_work
-   end subroutine locate
+      next_output = self%t_start + self%step%direction*(self%outputs + 1)*self%options%output_dt
+   end function next_output
 
    !> Hands a point to the observer.
    subroutine show(ode, t, h, y, result, observer)
@@ -493,50 +366,6 @@ contains
       call move_alloc(error, result%error)
    end subroutine show
 
-   !> The steps have become too small: the last reason for it names the status.
-   subroutine give_up(ode, info, h, t, result)
-      class(ode_system_t), intent(in) :: ode
-      integer, intent(in) :: info
-      real(wp), intent(in) :: h, t
-      type(integration_result_t), intent(inout) :: result
-
-      if (info == rhs_ok) then
-         result%status = status_step_too_small
-         call raise(result%error, 'integration', 'a step of '//to_text(abs(h))//' s would be needed at t = '// &
-                    to_text(t)//' s, below the smallest one', &
-                    'loosen the tolerances, or look for a jump in the forces (a breakpoint) '// &
-                    'or constraints that cannot be met any more')
-      else
-         call fail(ode, info, t, result)
-      end if
-   end subroutine give_up
-
-   !> The right-hand side or the projection failed for good.
-   subroutine fail(ode, info, t, result)
-      class(ode_system_t), intent(in) :: ode
-      integer, intent(in) :: info
-      real(wp), intent(in) :: t
-      type(integration_result_t), intent(inout) :: result
-      character(:), allocatable :: why
-
-      call ode%failure(why)
-      select case (info)
-      case (rhs_no_projection)
-         result%status = status_projection_failed
-         call raise(result%error, 'integration', 'the projection on the constraints failed near t = '//to_text(t)//' s: '//why, &
-                    'tighten the tolerances or bound the step')
-      case (rhs_failed)
-         result%status = status_rhs_failed
-         call raise(result%error, 'integration', 'the right-hand side failed near t = '//to_text(t)//' s: '//why, &
-                    'see what the model says of this state')
-      case default
-         result%status = status_not_finite
-         if (len(why) > 0) why = ': '//why
-         call raise(result%error, 'integration', 'the solution is not finite near t = '//to_text(t)//' s'//why, &
-                    'bound the step, or look for a singularity of the model')
-      end select
-   end subroutine fail
-
    !> Passes an integration that pauses through an archive: what `resume` needs, in an integrator initialized with the same
    !! options.
    subroutine serialize(self, archive)
@@ -552,7 +381,7 @@ contains
       call archive%item('under way', self%under_way)
       call archive%item('outputs', self%outputs)
       call archive%item('last answer', self%info)
-      call archive%list('events before', self%g_old)
+      call self%search%serialize(archive)
    end subroutine serialize
 
 end module taut_ode_integrate

@@ -11,6 +11,8 @@ module taut_ode_options
 
    !> How to integrate; every entry has a default.
    type :: integration_options_t
+      !> Stepper: one of `integrator_names`; `dopri5` is the pair of order 5(4) of Dormand and Prince.
+      character(len=16) :: integrator = 'dopri5'
       !> Relative tolerance.
       real(wp) :: rtol = 1.0e-6_wp
       !> Absolute tolerance, in the unit of each component.
@@ -48,8 +50,11 @@ module taut_ode_options
       integer :: steps = 0
       !> Rejected tries.
       integer :: rejected = 0
-      !> Evaluations of the right-hand side, rejected tries and the automatic first step included, output excluded.
+      !> Evaluations of the right-hand side, rejected tries and the automatic first step included; those of output are
+      !! not, unless the stepper's continuous extension needs them.
       integer :: rhs_evaluations = 0
+      !> Linearizations, factorizations and Newton iterations of an implicit stepper.
+      integer :: jacobians = 0, factorizations = 0, newton_iterations = 0
       !> Events met, in order of time.
       type(event_record_t), allocatable :: events(:)
       !> Why it ended before its time, in words.
@@ -106,6 +111,9 @@ contains
       call archive%item('steps', self%steps)
       call archive%item('rejected', self%rejected)
       call archive%item('rhs evaluations', self%rhs_evaluations)
+      call archive%item('jacobians', self%jacobians)
+      call archive%item('factorizations', self%factorizations)
+      call archive%item('newton iterations', self%newton_iterations)
       count = 0
       if (allocated(self%events)) count = size(self%events)
       call archive%item('events', count)

@@ -3,17 +3,24 @@ module taut_ode_step_control
    use taut_kinds, only: wp
    use taut_archive, only: archive_t
    use taut_error, only: error_t, raise, to_text
-   use taut_ode_dormand_prince, only: order
+   use taut_ode_options, only: integration_options_t
    implicit none (type, external)
    private
-   public :: step_control_t
+   public :: controller_constants_t, step_control_t
 
    integer, parameter :: standard = 1, fixed = 2, odepkg_2009 = 3
 
-   !> Constants of the standard controller (PI), those of DOPRI5: E. Hairer, S.P. Norsett, G. Wanner, Solving Ordinary
-   !! Differential Equations I, 2nd ed., Springer 1993, Sects II.4 and IV.2 of vol. II.
-   real(wp), parameter :: safety = 0.9_wp, beta = 0.04_wp, expo = 1.0_wp/order - 0.75_wp*beta, &
-                          largest_decrease = 0.2_wp, largest_increase = 10.0_wp
+   real(wp), parameter :: safety = 0.9_wp
+
+   !> Constants of the standard controller (PI), h_new/h = safety last_error^memory/error^exponent within bounds: E. Hairer,
+   !! S.P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, Sect. II.4, and vol. II,
+   !! Sect. IV.2. A stepper states those that suit its error estimate.
+   type :: controller_constants_t
+      !> Powers of the error and of the one before.
+      real(wp) :: exponent = 0.0_wp, memory = 0.0_wp
+      !> Bounds of h_new/h.
+      real(wp) :: largest_decrease = 0.2_wp, largest_increase = 5.0_wp
+   end type controller_constants_t
 
    !> Decides whether a step is accepted and how long the next one is.
    type :: step_control_t
@@ -21,6 +28,11 @@ module taut_ode_step_control
       logical :: fixed = .false.
       !> Whether what the projection takes off is left out of the error, and gross violations are rejected.
       logical :: aware_of_projection = .true.
+      !> A step whose projection moves the state by more than this, in units of the tolerance, is rejected.
+      real(wp) :: projection_limit = 0.0_wp
+      type(controller_constants_t), private :: constants
+      !> Power of the error in the step control of 2009: one over the order.
+      real(wp), private :: power = 0.0_wp
       integer, private :: kind = standard
       logical, private :: rms = .true.
       real(wp), private :: rtol = 0.0_wp, previous_error = 1.0e-4_wp
@@ -38,25 +50,21 @@ module taut_ode_step_control
 contains
 
    !> Sets the controller up.
-   subroutine init(self, n, name, norm, rtol, atol, atol_of, error)
+   subroutine init(self, n, options, order, constants, error)
       !> The controller.
       class(step_control_t), intent(out) :: self
       !> Size of the state.
       integer, intent(in) :: n
-      !> `standard`, `fixed` or `odepkg-2009`.
-      character(*), intent(in) :: name
-      !> `rms` or `max`.
-      character(*), intent(in) :: norm
-      !> Relative tolerance.
-      real(wp), intent(in) :: rtol
-      !> Absolute tolerance of every component, in the component's unit.
-      real(wp), intent(in) :: atol
-      !> Absolute tolerances, one for each component: (n).
-      real(wp), intent(in), allocatable :: atol_of(:)
+      !> Tolerances, the controller's name and that of the norm.
+      type(integration_options_t), intent(in) :: options
+      !> Order of the solution that is continued.
+      integer, intent(in) :: order
+      !> What suits the stepper's error estimate.
+      type(controller_constants_t), intent(in) :: constants
       !> A name or a number that is not valid.
       type(error_t), allocatable, intent(inout) :: error
 
-      select case (name)
+      select case (options%step_control)
       case ('standard')
          self%kind = standard
       case ('fixed')
@@ -64,31 +72,34 @@ contains
       case ('odepkg-2009')
          self%kind = odepkg_2009
       case default
-         call raise(error, 'integration options', 'step_control = "'//trim(name)//'" is unknown', &
+         call raise(error, 'integration options', 'step_control = "'//trim(options%step_control)//'" is unknown', &
                     'use "standard", "fixed" or "odepkg-2009"')
       end select
-      if (norm /= 'rms' .and. norm /= 'max') &
-         call raise(error, 'integration options', 'norm = "'//trim(norm)//'" is unknown', 'use "rms" or "max"')
-      if (.not. (rtol > 0.0_wp .and. rtol < 1.0_wp)) &
-         call raise(error, 'integration options', 'rtol = '//to_text(rtol)//' is not between 0 and 1', &
+      if (options%norm /= 'rms' .and. options%norm /= 'max') &
+         call raise(error, 'integration options', 'norm = "'//trim(options%norm)//'" is unknown', 'use "rms" or "max"')
+      if (.not. (options%rtol > 0.0_wp .and. options%rtol < 1.0_wp)) &
+         call raise(error, 'integration options', 'rtol = '//to_text(options%rtol)//' is not between 0 and 1', &
                     'give a relative tolerance such as 1e-6')
-      if (.not. atol > 0.0_wp) &
-         call raise(error, 'integration options', 'atol = '//to_text(atol)//' is not positive', &
+      if (.not. options%atol > 0.0_wp) &
+         call raise(error, 'integration options', 'atol = '//to_text(options%atol)//' is not positive', &
                     'give an absolute tolerance such as 1e-9')
-      allocate (self%atol(n), source=atol)
-      if (allocated(atol_of)) then
-         if (size(atol_of) /= n) then
-            call raise(error, 'integration options', 'atol_of has '//to_text(size(atol_of))//' entries for a state of '// &
+      allocate (self%atol(n), source=options%atol)
+      if (allocated(options%atol_of)) then
+         if (size(options%atol_of) /= n) then
+            call raise(error, 'integration options', 'atol_of has '//to_text(size(options%atol_of))//' entries for a state of '// &
                        to_text(n), 'give one absolute tolerance for each entry of the state')
-         else if (.not. all(atol_of > 0.0_wp)) then
+         else if (.not. all(options%atol_of > 0.0_wp)) then
             call raise(error, 'integration options', 'an entry of atol_of is not positive', &
                        'give positive absolute tolerances')
          else
-            self%atol(:) = atol_of
+            self%atol(:) = options%atol_of
          end if
       end if
-      self%rms = norm == 'rms'
-      self%rtol = rtol
+      self%rms = options%norm == 'rms'
+      self%rtol = options%rtol
+      self%projection_limit = options%projection_limit
+      self%constants = constants
+      self%power = 1.0_wp/order
       self%fixed = self%kind == fixed
       self%aware_of_projection = self%kind == standard
    end subroutine init
@@ -145,15 +156,16 @@ contains
       class(step_control_t), intent(inout) :: self
       !> Step [s].
       real(wp), intent(in) :: h
-      !> Estimate of its local error: (n).
-      real(wp), intent(in), contiguous :: error(:)
+      !> Estimates of its local error, the first of the higher order: (n, 1 or 2). Two are taken together as in Hairer's code
+      !! DOP853, E1^2/sqrt(E1^2 + 0.01 E2^2), Sect. II.10 of the book.
+      real(wp), intent(in), contiguous :: error(:, :)
       !> States at the step's start and end: (n).
       real(wp), intent(in), contiguous :: y0(:), y1(:)
       !> Length of the next try [s].
       real(wp), intent(out) :: h_next
       !> Whether the step holds.
       logical, intent(out) :: accepted
-      real(wp) :: factor, size_of_error, tau
+      real(wp) :: factor, lower, size_of_error, tau
       integer :: i
 
       select case (self%kind)
@@ -164,23 +176,28 @@ contains
          ! The error test of ode45 in Octave's OdePkg as it was in 2009, signed: no absolute values on either side.
          accepted = .true.
          h_next = huge(1.0_wp)
-         do i = 1, size(error)
+         do i = 1, size(error, 1)
             tau = max(self%rtol*y0(i), self%atol(i))
-            if (error(i) > tau) accepted = .false.
-            h_next = min(h_next, 0.8_wp*abs(h)*(tau/max(error(i), epsilon(1.0_wp)))**0.2_wp)
+            if (error(i, 1) > tau) accepted = .false.
+            h_next = min(h_next, 0.8_wp*abs(h)*(tau/max(error(i, 1), epsilon(1.0_wp)))**self%power)
          end do
          h_next = sign(h_next, h)
       case default
-         size_of_error = self%norm(error, y0, y1)
+         size_of_error = self%norm(error(:, 1), y0, y1)
+         if (size(error, 2) > 1 .and. size_of_error > 0.0_wp) then
+            lower = self%norm(error(:, 2), y0, y1)
+            size_of_error = size_of_error*(size_of_error/sqrt(size_of_error**2 + 0.01_wp*lower**2))
+         end if
          accepted = size_of_error <= 1.0_wp
          if (accepted) then
-            factor = largest_increase
-            if (size_of_error > 0.0_wp) factor = safety*self%previous_error**beta/size_of_error**expo
-            factor = min(largest_increase, max(largest_decrease, factor))
+            factor = self%constants%largest_increase
+            if (size_of_error > 0.0_wp) &
+               factor = safety*self%previous_error**self%constants%memory/size_of_error**self%constants%exponent
+            factor = min(self%constants%largest_increase, max(self%constants%largest_decrease, factor))
             if (self%last_rejected) factor = min(1.0_wp, factor)
             self%previous_error = max(size_of_error, 1.0e-4_wp)
          else
-            factor = max(largest_decrease, safety/size_of_error**expo)
+            factor = max(self%constants%largest_decrease, safety/size_of_error**self%constants%exponent)
          end if
          self%last_rejected = .not. accepted
          h_next = factor*h

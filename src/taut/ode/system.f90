@@ -5,15 +5,22 @@ module taut_ode_system
    implicit none (type, external)
    private
    public :: ode_system_t
-   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection
+   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot
 
    !> What a right-hand side or a projection answers.
    !!
    !! `rhs_retry`: not defined here, try a smaller step; `rhs_failed`: stop; `rhs_no_projection`: the projection on the
-   !! constraints did not converge, try a smaller step.
-   integer, parameter :: rhs_ok = 0, rhs_retry = 1, rhs_failed = 2, rhs_no_projection = 3
+   !! constraints did not converge, try a smaller step; `rhs_cannot`: the system does not offer this at all.
+   integer, parameter :: rhs_ok = 0, rhs_retry = 1, rhs_failed = 2, rhs_no_projection = 3, rhs_cannot = 4
 
    !> y' = f(t, y). A system owns the workspace of its right-hand side: one object per thread.
+   !!
+   !! Any integrator may call it, in this order. Every one: `rhs` at the states of its stages; `filter_error` on each vector
+   !! that estimates the local error, before its norm is taken; `project` on a new state (`fresh` if the last call of `rhs` was
+   !! for it) and on states interpolated inside a step, and `rhs` once more where the answer is `stale`; `accepted` when a step
+   !! holds and its output is done. An implicit one besides: `linearize` at a state, `factorize` for each shift that it needs
+   !! and `solve` as often as it likes, until the next of them; `weigh_error` on an estimate from such solutions. Times given
+   !! to `rhs` are kept within `t_low` and `t_high`, which the integrator sets at a breakpoint and `huge` where there is none.
    type, abstract :: ode_system_t
       !> Whether a step is rejected when its projection moves the state by more than the integrator's `projection_limit`: it
       !! makes no sense where violations gather over many steps before they are corrected.
@@ -25,6 +32,11 @@ module taut_ode_system
       procedure(right_hand_side), deferred :: rhs
       procedure :: project => project_nothing
       procedure :: filter_error => filter_nothing
+      procedure :: accepted => nothing_to_switch
+      procedure :: linearize => no_linearization
+      procedure :: factorize => no_factorization
+      procedure :: solve => no_solution
+      procedure :: weigh_error => weigh_alike
       procedure :: breakpoints => no_breakpoints
       procedure :: failure => no_failure
       procedure :: serialize => nothing_to_serialize
@@ -82,6 +94,83 @@ contains
       associate (unused_system => self, unused_error => error)
       end associate
    end subroutine filter_nothing
+
+   !> A step holds, and its output is done: the system may continue from another state that means the same, for instance in
+   !! other coordinates. The default does nothing.
+   subroutine nothing_to_switch(self, t, y, replaced)
+      !> The system.
+      class(ode_system_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State, on the system's invariants; may be replaced: (n).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> Whether it was, so that derivatives and history are stale.
+      logical, intent(out) :: replaced
+
+      replaced = .false.
+      associate (unused_system => self, unused_time => t, unused_state => y)
+      end associate
+   end subroutine nothing_to_switch
+
+   !> Evaluates J = df/dy, or what stands for it in `factorize`. The default cannot.
+   subroutine no_linearization(self, t, y, info)
+      !> The system.
+      class(ode_system_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      info = rhs_cannot
+      associate (unused_system => self, unused_time => t, unused_state => y)
+      end associate
+   end subroutine no_linearization
+
+   !> Gets ready to solve with shift*1 - J, J as it was linearized last. The default cannot.
+   subroutine no_factorization(self, slot, shift, info)
+      !> The system.
+      class(ode_system_t), intent(inout) :: self
+      !> Where the factors are kept: 1, 2, ...; one for each shift that is used at a time.
+      integer, intent(in) :: slot
+      !> An eigenvalue of the method's matrix over the step's length [1/s].
+      complex(wp), intent(in) :: shift
+      !> One of the `rhs_` constants; `rhs_retry` for a singular matrix.
+      integer, intent(out) :: info
+
+      info = rhs_cannot
+      associate (unused_system => self, unused_slot => slot, unused_shift => shift)
+      end associate
+   end subroutine no_factorization
+
+   !> Solves (shift*1 - J) d = r. The default leaves r as it is, and is not reached: nothing was factorized.
+   subroutine no_solution(self, slot, r)
+      !> The system.
+      class(ode_system_t), intent(inout) :: self
+      !> Which factors.
+      integer, intent(in) :: slot
+      !> r, replaced by d; without an imaginary part where the shift has none: (n).
+      complex(wp), intent(inout), contiguous :: r(:)
+
+      associate (unused_system => self, unused_slot => slot, unused_sides => r)
+      end associate
+   end subroutine no_solution
+
+   !> Scales an estimate of the local error of an implicit method before its norm is taken: components that follow from others
+   !! by a derivative (velocities) count with h, or a step that does not resolve a stiff motion would never hold. The default
+   !! leaves it as it is.
+   subroutine weigh_alike(self, h, error)
+      !> The system.
+      class(ode_system_t), intent(in) :: self
+      !> The step's length [s].
+      real(wp), intent(in) :: h
+      !> Estimate of the local error: (n).
+      real(wp), intent(inout), contiguous :: error(:)
+
+      associate (unused_system => self, unused_step => h, unused_error => error)
+      end associate
+   end subroutine weigh_alike
 
    !> Times at which the right-hand side has a kink or a jump. The default has none.
    function no_breakpoints(self) result(times)

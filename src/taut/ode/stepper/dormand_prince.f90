@@ -3,11 +3,14 @@
 !! Source of the coefficients: J.R. Dormand, P.J. Prince, A family of embedded Runge-Kutta formulae, J. Comput. Appl. Math. 6
 !! (1980) 19-26, RK5(4)7M; continuous extension: E. Hairer, S.P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
 !! 2nd ed., Springer 1993, Sect. II.6.
-module taut_ode_dormand_prince
+module taut_ode_stepper_dormand_prince
    use taut_kinds, only: wp
+   use taut_ode_step_control, only: controller_constants_t
+   use taut_ode_stepper_explicit_pair, only: explicit_pair_t
+   use taut_ode_system, only: ode_system_t, rhs_ok
    implicit none (type, external)
    private
-   public :: stages, order, node, stage_state, error_estimate, dense_coefficients, dense_value
+   public :: dormand_prince_t
 
    !> Number of stages; the last one is evaluated at the new state ('first same as last').
    integer, parameter :: stages = 7
@@ -38,107 +41,149 @@ module taut_ode_dormand_prince
        -10690763975.0_wp/1880347072.0_wp, 701980252875.0_wp/199316789632.0_wp, &
        -1453857185.0_wp/822651844.0_wp, 69997945.0_wp/29380423.0_wp]
 
+   !> The pair; the parts of its continuous extension: (n, 5).
+   type, extends(explicit_pair_t) :: dormand_prince_t
+      real(wp), allocatable, private :: dense(:, :)
+   contains
+      procedure :: init
+      procedure :: prepare_dense
+      procedure :: interpolate
+      procedure, nopass :: stage_state
+      procedure, nopass :: estimate
+   end type dormand_prince_t
+
 contains
 
+   !> Allocates the workspace.
+   subroutine init(self, n)
+      !> The pair.
+      class(dormand_prince_t), intent(inout) :: self
+      !> Size of the state.
+      integer, intent(in) :: n
+
+      self%order = order
+      ! Those of the code DOPRI5 of the book.
+      self%constants = controller_constants_t(exponent=1.0_wp/order - 0.75_wp*0.04_wp, memory=0.04_wp, &
+                                              largest_decrease=0.2_wp, largest_increase=10.0_wp)
+      call self%allocate_stages(n, node, stages, 1)
+      allocate (self%dense(n, 5), source=0.0_wp)
+   end subroutine init
+
    !> The state of a stage; for the last stage, the new state.
-   pure subroutine stage_state(stage, h, y, k, y_stage)
+   pure subroutine stage_state(n, stage, h, y, k, y_stage)
+      !> Size of the state.
+      integer, intent(in) :: n
       !> 2 to `stages`.
       integer, intent(in) :: stage
       !> Step [s].
       real(wp), intent(in) :: h
       !> State at the step's start: (n).
-      real(wp), intent(in), contiguous :: y(:)
+      real(wp), intent(in) :: y(n)
       !> Derivatives of the stages before: (n, stages).
-      real(wp), intent(in), contiguous :: k(:, :)
+      real(wp), intent(in) :: k(n, *)
       !> State of the stage: (n).
-      real(wp), intent(out), contiguous :: y_stage(:)
+      real(wp), intent(out) :: y_stage(n)
       real(wp) :: c(6)
       integer :: i
 
       c = h*a(:, stage)
       select case (stage)
       case (2)
-         do i = 1, size(y)
+         do i = 1, n
             y_stage(i) = y(i) + c(1)*k(i, 1)
          end do
       case (3)
-         do i = 1, size(y)
+         do i = 1, n
             y_stage(i) = y(i) + (c(1)*k(i, 1) + c(2)*k(i, 2))
          end do
       case (4)
-         do i = 1, size(y)
+         do i = 1, n
             y_stage(i) = y(i) + (c(1)*k(i, 1) + c(2)*k(i, 2) + c(3)*k(i, 3))
          end do
       case (5)
-         do i = 1, size(y)
+         do i = 1, n
             y_stage(i) = y(i) + (c(1)*k(i, 1) + c(2)*k(i, 2) + c(3)*k(i, 3) + c(4)*k(i, 4))
          end do
       case (6)
-         do i = 1, size(y)
+         do i = 1, n
             y_stage(i) = y(i) + (c(1)*k(i, 1) + c(2)*k(i, 2) + c(3)*k(i, 3) + c(4)*k(i, 4) + c(5)*k(i, 5))
          end do
       case default
-         do i = 1, size(y)
+         do i = 1, n
             y_stage(i) = y(i) + (c(1)*k(i, 1) + c(3)*k(i, 3) + c(4)*k(i, 4) + c(5)*k(i, 5) + c(6)*k(i, 6))
          end do
       end select
    end subroutine stage_state
 
    !> The solution of order 5 less that of order 4.
-   pure subroutine error_estimate(h, k, error)
+   pure subroutine estimate(h, k, error)
       !> Step [s].
       real(wp), intent(in) :: h
       !> Derivatives of all stages: (n, stages).
       real(wp), intent(in), contiguous :: k(:, :)
-      !> Estimate of the local error: (n).
-      real(wp), intent(out), contiguous :: error(:)
+      !> Estimate of the local error: (n, 1).
+      real(wp), intent(out), contiguous :: error(:, :)
       integer :: i
 
-      do i = 1, size(error)
-         error(i) = h*(e(1)*k(i, 1) + e(3)*k(i, 3) + e(4)*k(i, 4) + e(5)*k(i, 5) + e(6)*k(i, 6) + e(7)*k(i, 7))
+      do i = 1, size(error, 1)
+         error(i, 1) = h*(e(1)*k(i, 1) + e(3)*k(i, 3) + e(4)*k(i, 4) + e(5)*k(i, 5) + e(6)*k(i, 6) + e(7)*k(i, 7))
       end do
-   end subroutine error_estimate
+   end subroutine estimate
 
-   !> Coefficients of the continuous extension, from the end state that is really continued (projected or not).
-   pure subroutine dense_coefficients(h, y0, y1, k, coefficients)
-      !> Step [s].
+   !> The continuous extension of order 4, from the end state that is really continued (projected or not).
+   subroutine prepare_dense(self, ode, t, y, t_new, h, y_new, info)
+      !> The pair.
+      class(dormand_prince_t), intent(inout) :: self
+      !> What is integrated: not asked.
+      class(ode_system_t), intent(inout) :: ode
+      !> Time at the step's start [s].
+      real(wp), intent(in) :: t
+      !> State at the step's start: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Time at the step's end [s].
+      real(wp), intent(in) :: t_new
+      !> The step's length [s].
       real(wp), intent(in) :: h
-      !> States at the step's start and end: (n).
-      real(wp), intent(in), contiguous :: y0(:), y1(:)
-      !> Derivatives of all stages, the last one at y1: (n, stages).
-      real(wp), intent(in), contiguous :: k(:, :)
-      !> Coefficients: (n, 5).
-      real(wp), intent(out), contiguous :: coefficients(:, :)
+      !> State at the step's end: (n).
+      real(wp), intent(in), contiguous :: y_new(:)
+      !> Always `rhs_ok`.
+      integer, intent(out) :: info
       integer :: i
       real(wp) :: difference, slope
 
-      do i = 1, size(y0)
-         difference = y1(i) - y0(i)
-         slope = h*k(i, 1) - difference
-         coefficients(i, 1) = y0(i)
-         coefficients(i, 2) = difference
-         coefficients(i, 3) = slope
-         coefficients(i, 4) = difference - h*k(i, 7) - slope
-         coefficients(i, 5) = h*(d(1)*k(i, 1) + d(3)*k(i, 3) + d(4)*k(i, 4) + d(5)*k(i, 5) + d(6)*k(i, 6) + d(7)*k(i, 7))
-      end do
-   end subroutine dense_coefficients
+      info = rhs_ok
+      associate (k => self%k, dense => self%dense)
+         do i = 1, size(y)
+            difference = y_new(i) - y(i)
+            slope = h*k(i, 1) - difference
+            dense(i, 1) = y(i)
+            dense(i, 2) = difference
+            dense(i, 3) = slope
+            dense(i, 4) = difference - h*k(i, 7) - slope
+            dense(i, 5) = h*(d(1)*k(i, 1) + d(3)*k(i, 3) + d(4)*k(i, 4) + d(5)*k(i, 5) + d(6)*k(i, 6) + d(7)*k(i, 7))
+         end do
+      end associate
+      associate (unused_system => ode, unused_start => t, unused_end => t_new)
+      end associate
+   end subroutine prepare_dense
 
    !> The continuous extension at a fraction of the step.
-   pure subroutine dense_value(theta, coefficients, y)
+   subroutine interpolate(self, theta, y)
+      !> The pair.
+      class(dormand_prince_t), intent(in) :: self
       !> Fraction of the step, 0 at its start and 1 at its end.
       real(wp), intent(in) :: theta
-      !> Coefficients: (n, 5).
-      real(wp), intent(in), contiguous :: coefficients(:, :)
       !> State: (n).
       real(wp), intent(out), contiguous :: y(:)
       real(wp) :: rest
       integer :: i
 
       rest = 1.0_wp - theta
-      do i = 1, size(y)
-         y(i) = coefficients(i, 1) + theta*(coefficients(i, 2) + rest*(coefficients(i, 3) + &
-                                                                       theta*(coefficients(i, 4) + rest*coefficients(i, 5))))
-      end do
-   end subroutine dense_value
+      associate (dense => self%dense)
+         do i = 1, size(y)
+            y(i) = dense(i, 1) + theta*(dense(i, 2) + rest*(dense(i, 3) + theta*(dense(i, 4) + rest*dense(i, 5))))
+         end do
+      end associate
+   end subroutine interpolate
 
-end module taut_ode_dormand_prince
+end module taut_ode_stepper_dormand_prince

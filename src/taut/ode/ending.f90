@@ -1,0 +1,72 @@
+!> Why an integration ended before its time, in words.
+module taut_ode_ending
+   use taut_kinds, only: wp
+   use taut_error, only: raise, to_text
+   use taut_ode_options, only: integration_result_t
+   use taut_ode_status, only: status_step_too_small, status_not_finite, status_rhs_failed, status_projection_failed
+   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_cannot, rhs_failed, rhs_no_projection
+   implicit none (type, external)
+   private
+   public :: fail, give_up
+
+contains
+
+   !> The steps have become too small: the last reason for it names the status.
+   subroutine give_up(ode, info, h, t, result)
+      !> What is integrated.
+      class(ode_system_t), intent(in) :: ode
+      !> Answer of the last try: one of the `rhs_` constants.
+      integer, intent(in) :: info
+      !> Length of the step that would be needed [s].
+      real(wp), intent(in) :: h
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> Gets its status and its error.
+      type(integration_result_t), intent(inout) :: result
+
+      if (info == rhs_ok) then
+         result%status = status_step_too_small
+         call raise(result%error, 'integration', 'a step of '//to_text(abs(h))//' s would be needed at t = '// &
+                    to_text(t)//' s, below the smallest one', &
+                    'loosen the tolerances, or look for a jump in the forces (a breakpoint) '// &
+                    'or constraints that cannot be met any more')
+      else
+         call fail(ode, info, t, result)
+      end if
+   end subroutine give_up
+
+   !> The right-hand side or the projection failed for good.
+   subroutine fail(ode, info, t, result)
+      !> What is integrated.
+      class(ode_system_t), intent(in) :: ode
+      !> Its answer: one of the `rhs_` constants.
+      integer, intent(in) :: info
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> Gets its status and its error.
+      type(integration_result_t), intent(inout) :: result
+      character(:), allocatable :: why
+
+      call ode%failure(why)
+      select case (info)
+      case (rhs_no_projection)
+         result%status = status_projection_failed
+         call raise(result%error, 'integration', 'the projection on the constraints failed near t = '//to_text(t)//' s: '//why, &
+                    'tighten the tolerances or bound the step')
+      case (rhs_failed)
+         result%status = status_rhs_failed
+         call raise(result%error, 'integration', 'the right-hand side failed near t = '//to_text(t)//' s: '//why, &
+                    'see what the model says of this state')
+      case (rhs_cannot)
+         result%status = status_rhs_failed
+         call raise(result%error, 'integration', 'the system gives no linearization, which this integrator asks for', &
+                    'choose an explicit integrator, or give the system `linearize`, `factorize` and `solve`')
+      case default
+         result%status = status_not_finite
+         if (len(why) > 0) why = ': '//why
+         call raise(result%error, 'integration', 'the solution is not finite near t = '//to_text(t)//' s'//why, &
+                    'bound the step, or look for a singularity of the model')
+      end select
+   end subroutine fail
+
+end module taut_ode_ending

@@ -1,0 +1,250 @@
+!> Steppers: what the integration loop knows of a method of integration.
+!!
+!! The loop (options, observers, events, breakpoints, pauses, statistics) calls a stepper in this order: `init` once; `start`
+!! where a history begins (a start, an event, a breakpoint, a state that was replaced) and `first_step` where no step is
+!! known; then `try` until a step holds, `interpolate` inside it after `prepare_dense`, and `accept`. Which step holds is
+!! decided with the loop's step control, whatever the stepper.
+module taut_ode_stepper
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use taut_archive, only: archive_t
+   use taut_kinds, only: wp
+   use taut_ode_step_control, only: controller_constants_t, step_control_t
+   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry
+   implicit none (type, external)
+   private
+   public :: finite, stepper_t, work_t
+
+   !> What an integration has cost.
+   type :: work_t
+      !> Evaluations of the right-hand side.
+      integer :: rhs = 0
+      !> Linearizations, factorizations, and iterations of Newton's method: none in explicit methods.
+      integer :: jacobians = 0, factorizations = 0, iterations = 0
+   contains
+      procedure :: serialize => serialize_work
+   end type work_t
+
+   !> A method of integration with its history and workspace; nothing is allocated after `init`.
+   type, abstract :: stepper_t
+      !> By which it is chosen.
+      character(len=16) :: name = ''
+      !> Size of the state, from `init` on.
+      integer :: n = 0
+      !> Order of the solution that is continued.
+      integer :: order = 0
+      !> Constants of the standard controller that suit its error estimate.
+      type(controller_constants_t) :: constants
+      !> Its work so far.
+      type(work_t) :: work
+   contains
+      procedure(get_ready), deferred :: init
+      procedure(new_history), deferred :: start
+      procedure(first_length), deferred :: first_step
+      procedure(one_try), deferred :: try
+      procedure(shift_history), deferred :: accept
+      procedure(get_dense), deferred :: prepare_dense
+      procedure(dense_output), deferred :: interpolate
+      procedure(pass), deferred :: serialize
+      procedure, non_overridable :: evaluate
+   end type stepper_t
+
+   abstract interface
+      !> Allocates the workspace.
+      subroutine get_ready(self, n)
+         import :: stepper_t
+         implicit none (type, external)
+         !> The stepper.
+         class(stepper_t), intent(inout) :: self
+         !> Size of the state.
+         integer, intent(in) :: n
+      end subroutine get_ready
+
+      !> Forgets the steps before and evaluates what the next one starts from.
+      subroutine new_history(self, ode, t, y, info)
+         import :: ode_system_t, stepper_t, wp
+         implicit none (type, external)
+         !> The stepper.
+         class(stepper_t), intent(inout) :: self
+         !> What is integrated.
+         class(ode_system_t), intent(inout) :: ode
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> One of the `rhs_` constants.
+         integer, intent(out) :: info
+      end subroutine new_history
+
+      !> Length of the first step behind `start`.
+      subroutine first_length(self, ode, control, t, y, longest, h)
+         import :: ode_system_t, step_control_t, stepper_t, wp
+         implicit none (type, external)
+         !> The stepper, behind `start`.
+         class(stepper_t), intent(inout) :: self
+         !> What is integrated.
+         class(ode_system_t), intent(inout) :: ode
+         !> Norm of errors.
+         type(step_control_t), intent(in) :: control
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Length of a step that may be tried in order to find out, with the sign of the direction [s].
+         real(wp), intent(in) :: longest
+         !> Proposed length, with the sign of the direction [s].
+         real(wp), intent(out) :: h
+      end subroutine first_length
+
+      !> One try: stages, error, projection and acceptance are one decision.
+      subroutine one_try(self, ode, control, t, y, t_new, h, y_new, h_next, accepted, info)
+         import :: ode_system_t, step_control_t, stepper_t, wp
+         implicit none (type, external)
+         !> The stepper.
+         class(stepper_t), intent(inout) :: self
+         !> What is integrated.
+         class(ode_system_t), intent(inout) :: ode
+         !> Decides, by the norm of errors and its memory.
+         type(step_control_t), intent(inout) :: control
+         !> Time at its start [s].
+         real(wp), intent(in) :: t
+         !> State at its start: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Time at its end [s].
+         real(wp), intent(in) :: t_new
+         !> Its length [s].
+         real(wp), intent(in) :: h
+         !> State at its end, on the system's invariants if it holds: (n).
+         real(wp), intent(out), contiguous :: y_new(:)
+         !> Length of the next try [s].
+         real(wp), intent(out) :: h_next
+         !> Whether the step holds.
+         logical, intent(out) :: accepted
+         !> `rhs_ok`, or why there is no new state; a step that is rejected with `rhs_ok` was not accurate enough.
+         integer, intent(out) :: info
+      end subroutine one_try
+
+      !> Makes the end of the last try the start of the next.
+      subroutine shift_history(self)
+         import :: stepper_t
+         implicit none (type, external)
+         !> The stepper, behind a try that holds.
+         class(stepper_t), intent(inout) :: self
+      end subroutine shift_history
+
+      !> The continuous extension of a try that holds, before `accept`.
+      subroutine get_dense(self, ode, t, y, t_new, h, y_new, info)
+         import :: ode_system_t, stepper_t, wp
+         implicit none (type, external)
+         !> The stepper.
+         class(stepper_t), intent(inout) :: self
+         !> What is integrated.
+         class(ode_system_t), intent(inout) :: ode
+         !> Time at the step's start [s].
+         real(wp), intent(in) :: t
+         !> State at the step's start: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Time at the step's end [s].
+         real(wp), intent(in) :: t_new
+         !> The step's length [s].
+         real(wp), intent(in) :: h
+         !> State at the step's end: (n).
+         real(wp), intent(in), contiguous :: y_new(:)
+         !> One of the `rhs_` constants.
+         integer, intent(out) :: info
+      end subroutine get_dense
+
+      !> The continuous extension at a fraction of the step; the loop projects it.
+      subroutine dense_output(self, theta, y)
+         import :: stepper_t, wp
+         implicit none (type, external)
+         !> The stepper, behind `prepare_dense`.
+         class(stepper_t), intent(in) :: self
+         !> Fraction of the step, 0 at its start and 1 at its end.
+         real(wp), intent(in) :: theta
+         !> State: (n).
+         real(wp), intent(out), contiguous :: y(:)
+      end subroutine dense_output
+
+      !> Passes through an archive what is remembered between two steps, the work apart.
+      subroutine pass(self, archive)
+         import :: archive_t, stepper_t
+         implicit none (type, external)
+         !> The stepper, initialized.
+         class(stepper_t), intent(inout) :: self
+         !> The archive.
+         type(archive_t), intent(inout) :: archive
+      end subroutine pass
+   end interface
+
+contains
+
+   !> One evaluation of the right-hand side, inside two breakpoints, with entries that are not finite answered by `rhs_retry`.
+   subroutine evaluate(self, ode, t, y, dydt, info)
+      !> The stepper, whose work is counted.
+      class(stepper_t), intent(inout) :: self
+      !> What is integrated.
+      class(ode_system_t), intent(inout) :: ode
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (n).
+      real(wp), intent(in) :: y(self%n)
+      !> Its derivative: (n).
+      real(wp), intent(out) :: dydt(self%n)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      call ode%rhs(min(max(t, ode%t_low), ode%t_high), y, dydt, info)
+      self%work%rhs = self%work%rhs + 1
+      ! Checked at each evaluation, so that no right-hand side is given a state that is not a number.
+      if (info == rhs_ok .and. .not. finite(self%n, dydt)) info = rhs_retry
+   end subroutine evaluate
+
+   !> Whether all entries are finite.
+   pure logical function finite(n, values)
+      !> How many.
+      integer, intent(in) :: n
+      !> Any numbers: (n).
+      real(wp), intent(in) :: values(n)
+      real(wp) :: t(8)
+      integer :: eighths, i, j
+
+      ! Sums of absolute values: nothing that is not finite gets lost in them. Eight at a time do not wait for each other;
+      ! small systems are slowed down by the preparations for that.
+      if (n < 24) then
+         t(1) = 0.0_wp
+         !GCC$ unroll 1
+         do i = 1, n
+            t(1) = t(1) + abs(values(i))
+         end do
+         finite = ieee_is_finite(t(1))
+         return
+      end if
+      eighths = n/8
+      t(:) = 0.0_wp
+      !GCC$ unroll 1
+      do i = 1, eighths
+         do j = 1, 8
+            t(j) = t(j) + abs(values(8*(i - 1) + j))
+         end do
+      end do
+      !GCC$ unroll 1
+      do i = 8*eighths + 1, n
+         t(1) = t(1) + abs(values(i))
+      end do
+      finite = ieee_is_finite(sum(t))
+   end function finite
+
+   !> Passes the counts through an archive.
+   subroutine serialize_work(self, archive)
+      !> The counts.
+      class(work_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call archive%item('evaluations', self%rhs)
+      call archive%item('linearizations', self%jacobians)
+      call archive%item('factorizations', self%factorizations)
+      call archive%item('iterations', self%iterations)
+   end subroutine serialize_work
+
+end module taut_ode_stepper

@@ -1,0 +1,40 @@
+!> Which stepper an integration takes, by name: the one place where steppers are told apart.
+module taut_ode_stepper_choose
+   use taut_error, only: error_t, raise
+   use taut_ode_stepper, only: stepper_t
+   use taut_ode_stepper_dormand_prince, only: dormand_prince_t
+   implicit none (type, external)
+   private
+   public :: choose_stepper, integrator_names
+
+   !> All of them.
+   character(len=16), parameter :: integrator_names(1) = [character(len=16) :: 'dopri5']
+
+contains
+
+   !> The stepper of a name.
+   subroutine choose_stepper(name, stepper, error)
+      !> One of `integrator_names`, may be padded.
+      character(*), intent(in) :: name
+      !> The stepper, to be initialized; not allocated if there is none of that name.
+      class(stepper_t), allocatable, intent(out) :: stepper
+      !> A name that is unknown.
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: known
+      integer :: i
+
+      select case (name)
+      case ('dopri5')
+         allocate (dormand_prince_t :: stepper)
+      case default
+         known = ''
+         do i = 1, size(integrator_names)
+            known = known//', "'//trim(integrator_names(i))//'"'
+         end do
+         call raise(error, 'integration options', 'integrator = "'//trim(name)//'" is unknown', 'use one of '//known(3:))
+         return
+      end select
+      stepper%name = name
+   end subroutine choose_stepper
+
+end module taut_ode_stepper_choose
