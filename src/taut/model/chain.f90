@@ -6,21 +6,17 @@ module taut_model_chain
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_model_plane_rods, only: plane_rods_t
    implicit none (type, external)
    private
    public :: chain_t, new_chain
 
    !> Coordinates {x1, z1, x2, z2, ...} of the masses, horizontal and upward from the support [m];
    !! phi_i = |r_i - r_(i-1)| - l [m]; the multipliers are the tensions of the rods [N].
-   type, extends(tabulated_system_t) :: chain_t
+   type, extends(plane_rods_t) :: chain_t
       !> Number of rods.
       integer :: rods = 0
-      !> Length of each [m].
-      real(wp) :: l = 1.0_wp
-      !> Gravity, against z [m/s^2].
-      real(wp) :: g = 9.81_wp
       !> Mass at the end of each rod [kg].
       real(wp), allocatable :: m(:)
    contains
@@ -32,7 +28,6 @@ module taut_model_chain
       procedure :: acceleration_rhs
       procedure :: energy
       procedure :: x_name
-      procedure :: v_name
       procedure :: start
    end type chain_t
 
@@ -52,15 +47,9 @@ contains
 
       if (rods < 1 .or. rods > 10000000) &
          call raise(error, here, 'rods = '//to_text(rods)//' is not between 1 and 10000000', 'give the number of rods')
-      if (.not. (m > 0.0_wp .and. m <= huge(m))) &
-         call raise(error, here, 'mass = '//to_text(m)//' is not positive and finite', 'give a mass in kg')
-      if (.not. (l > 0.0_wp .and. l <= huge(l))) &
-         call raise(error, here, 'length = '//to_text(l)//' is not positive and finite', 'give a length in m')
-      if (.not. abs(g) <= huge(g)) call raise(error, here, 'gravity is not a number', 'give an acceleration in m/s^2')
+      call self%set_rods(here, m, l, g, error)
       if (allocated(error)) return
       self%rods = rods
-      self%l = l
-      self%g = g
       allocate (self%m(rods), source=m)
       call self%define(n=2*rods, c=rods, mass_blocks=spread(1, 1, 2*rods))
    end subroutine new_chain
@@ -242,17 +231,5 @@ contains
       associate (unused_chain => self)
       end associate
    end function x_name
-
-   !> vx1, vz1, vx2, ...
-   function v_name(self, i) result(name)
-      !> The chain.
-      class(chain_t), intent(in) :: self
-      !> Index of the velocity.
-      integer, intent(in) :: i
-      !> The name.
-      character(:), allocatable :: name
-
-      name = 'v'//self%x_name(i)
-   end function v_name
 
 end module taut_model_chain

@@ -9,10 +9,10 @@ module taut_model_modal_body
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_dead_load, only: dead_load_t
-   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity, turned, turned_back
+   use taut_model_pose, only: turned, turned_back
+   use taut_model_posed_system, only: posed_system_t
    use taut_rotation, only: cross, matrix_of_quaternion
    implicit none (type, external)
    private
@@ -29,7 +29,7 @@ module taut_model_modal_body
    end type modal_link_t
 
    !> The body. Coordinates: {r_0 (3), unit quaternion (4), q (modes)}.
-   type, extends(tabulated_system_t) :: modal_body_t
+   type, extends(posed_system_t) :: modal_body_t
       !> Number of shapes and of nodes.
       integer :: modes = 0, nodes = 0
       !> Nodes in the frame, undeformed: (3, nodes) [m].
@@ -58,14 +58,8 @@ module taut_model_modal_body
       procedure :: constraint
       procedure :: jacobian
       procedure :: acceleration_rhs
-      procedure :: x_rate
-      procedure :: v_of_x_rate
-      procedure :: displace
-      procedure :: normalize
       procedure :: energy
       procedure :: breakpoints
-      procedure :: x_name
-      procedure :: v_name
       procedure :: node_position
       procedure :: link
    end type modal_body_t
@@ -103,6 +97,8 @@ contains
          return
       end if
       self%nodes = n
+      self%poses = 1
+      self%numbered = .false.
       self%modes = m
       allocate (self%position, source=position)
       allocate (self%node_mass, source=node_mass)
@@ -404,67 +400,6 @@ contains
       end do
    end subroutine acceleration_rhs
 
-   !> xdot: the frame's velocity, the rate of its quaternion, the rates of the amplitudes.
-   subroutine x_rate(self, at, u, value)
-      !> The body.
-      class(modal_body_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> Velocities: (n).
-      real(wp), intent(in) :: u(:)
-      !> xdot: (n_x).
-      real(wp), intent(out) :: value(:)
-
-      call pose_rate(at%x(1:7), u(1:6), value(1:7))
-      value(8:) = u(7:)
-      associate (unused_body => self)
-      end associate
-   end subroutine x_rate
-
-   !> The velocities that belong to a rate of the coordinates.
-   subroutine v_of_x_rate(self, at, rate, u)
-      !> The body.
-      class(modal_body_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> Rate of the coordinates: (n_x).
-      real(wp), intent(in) :: rate(:)
-      !> Velocities: (n).
-      real(wp), intent(out) :: u(:)
-
-      call pose_velocity(at%x(1:7), rate(1:7), u(1:6))
-      u(7:) = rate(8:)
-      associate (unused_body => self)
-      end associate
-   end subroutine v_of_x_rate
-
-   !> x := x (+) d: the frame is turned by the rotation vector d(4:6) in its own axes.
-   subroutine displace(self, d, x)
-      !> The body.
-      class(modal_body_t), intent(in) :: self
-      !> Displacement: (n).
-      real(wp), intent(in) :: d(:)
-      !> Coordinates: (n_x).
-      real(wp), intent(inout) :: x(:)
-
-      call move_pose(d(1:6), x(1:7))
-      x(8:) = x(8:) + d(7:)
-      associate (unused_body => self)
-      end associate
-   end subroutine displace
-
-   !> A quaternion of unit length.
-   subroutine normalize(self, x)
-      !> The body.
-      class(modal_body_t), intent(in) :: self
-      !> Coordinates: (n_x).
-      real(wp), intent(inout) :: x(:)
-
-      call normalize_pose(x(1:7))
-      associate (unused_body => self)
-      end associate
-   end subroutine normalize
-
    !> Kinetic energy, strain energy of the shapes and potential of gravity [J].
    function energy(self, at)
       !> The body.
@@ -498,43 +433,5 @@ contains
          times = [times, self%loads(k)%times]
       end do
    end function breakpoints
-
-   !> x, y, z, qa, qb, qc, qd for the frame; q1, q2, ... for the amplitudes.
-   function x_name(self, i) result(name)
-      !> The body.
-      class(modal_body_t), intent(in) :: self
-      !> Index of the coordinate.
-      integer, intent(in) :: i
-      !> The name.
-      character(:), allocatable :: name
-      character(len=2), parameter :: frame(7) = [character(len=2) :: 'x', 'y', 'z', 'qa', 'qb', 'qc', 'qd']
-
-      if (i <= 7) then
-         name = trim(frame(i))
-      else
-         name = 'q'//to_text(i - 7)
-      end if
-      associate (unused_body => self)
-      end associate
-   end function x_name
-
-   !> vx, vy, vz, wx, wy, wz for the frame; vq1, vq2, ... for the amplitudes.
-   function v_name(self, i) result(name)
-      !> The body.
-      class(modal_body_t), intent(in) :: self
-      !> Index of the velocity.
-      integer, intent(in) :: i
-      !> The name.
-      character(:), allocatable :: name
-      character(len=2), parameter :: frame(6) = [character(len=2) :: 'vx', 'vy', 'vz', 'wx', 'wy', 'wz']
-
-      if (i <= 6) then
-         name = trim(frame(i))
-      else
-         name = 'vq'//to_text(i - 6)
-      end if
-      associate (unused_body => self)
-      end associate
-   end function v_name
 
 end module taut_model_modal_body

@@ -6,8 +6,8 @@ module taut_model_n_four_bar
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_model_plane_rods, only: plane_rods_t
    implicit none (type, external)
    private
    public :: n_four_bar_t, new_n_four_bar
@@ -19,11 +19,11 @@ module taut_model_n_four_bar
    !! ends and 2m/3 at its center: with the centers of the couplers as points, M is diagonal and S is banded, at the
    !! price of two linear constraints a coupler. The constraints, window by window: the length of the crank, that of the
    !! coupler, its center in x and in z: 4N + 1.
-   type, extends(tabulated_system_t) :: n_four_bar_t
+   type, extends(plane_rods_t) :: n_four_bar_t
       !> Number of windows.
       integer :: windows = 0
-      !> Mass of a rod [kg], length of the rods and distance of the pivots [m], gravity against z [m/s^2].
-      real(wp) :: m = 1.0_wp, l = 1.0_wp, g = 9.81_wp
+      !> Mass of a rod [kg]; the pivots are as far apart as the rods are long.
+      real(wp) :: m = 1.0_wp
    contains
       procedure :: mass
       procedure :: force
@@ -33,7 +33,6 @@ module taut_model_n_four_bar
       procedure :: acceleration_rhs
       procedure :: energy
       procedure :: x_name
-      procedure :: v_name
       procedure :: start
    end type n_four_bar_t
 
@@ -53,16 +52,10 @@ contains
 
       if (windows < 1 .or. windows > 1000000) &
          call raise(error, here, 'windows = '//to_text(windows)//' is not between 1 and 1000000', 'give the number of windows')
-      if (.not. (m > 0.0_wp .and. m <= huge(m))) &
-         call raise(error, here, 'mass = '//to_text(m)//' is not positive and finite', 'give a mass in kg')
-      if (.not. (l > 0.0_wp .and. l <= huge(l))) &
-         call raise(error, here, 'length = '//to_text(l)//' is not positive and finite', 'give a length in m')
-      if (.not. abs(g) <= huge(g)) call raise(error, here, 'gravity is not a number', 'give an acceleration in m/s^2')
+      call self%set_rods(here, m, l, g, error)
       if (allocated(error)) return
       self%windows = windows
       self%m = m
-      self%l = l
-      self%g = g
       call self%define(n=2*(2*windows + 1), c=4*windows + 1, mass_blocks=spread(1, 1, 2*(2*windows + 1)))
    end subroutine new_n_four_bar
 
@@ -270,17 +263,5 @@ contains
       associate (unused_mechanism => self)
       end associate
    end function x_name
-
-   !> vBx0, ...
-   function v_name(self, i) result(name)
-      !> The mechanism.
-      class(n_four_bar_t), intent(in) :: self
-      !> Index of the velocity.
-      integer, intent(in) :: i
-      !> The name.
-      character(:), allocatable :: name
-
-      name = 'v'//self%x_name(i)
-   end function v_name
 
 end module taut_model_n_four_bar

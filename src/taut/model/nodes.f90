@@ -6,18 +6,17 @@ module taut_model_nodes
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_dead_load, only: dead_load_t
    use taut_model_node_constraint, only: kind_distance, kind_position, kind_rotation, node_constraint_t
-   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity
-   use taut_rotation, only: quaternion_normalized, rotate_back
+   use taut_model_posed_system, only: posed_system_t
+   use taut_rotation, only: cross, quaternion_normalized, rotate_back
    implicit none (type, external)
    private
    public :: nodal_system_t
 
    !> Nodes with masses, loads and constraints. An extension supplies `force`, with the help of `loads_and_inertia`.
-   type, abstract, extends(tabulated_system_t) :: nodal_system_t
+   type, abstract, extends(posed_system_t) :: nodal_system_t
       !> Number of nodes.
       integer :: nodes = 0
       !> Reference configuration: (7 nodes).
@@ -44,27 +43,18 @@ module taut_model_nodes
       procedure :: reference_state
       procedure :: mass
       procedure :: constraint
-      procedure :: jacobian
       procedure :: pattern
       procedure :: jacobian_entries
       procedure :: acceleration_rhs
-      procedure :: x_rate
-      procedure :: v_of_x_rate
-      procedure :: displace
-      procedure :: normalize
       procedure :: energy => energy_without_strain
       procedure :: energy_without_strain
       procedure :: breakpoints
-      procedure :: x_name
-      procedure :: v_name
       procedure :: resize
       procedure, private :: add_constraint
    end type nodal_system_t
 
    character(*), parameter :: here = 'nodes'
    real(wp), parameter :: axes(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
-   character(len=2), parameter :: x_letters(7) = [character(len=2) :: 'x', 'y', 'z', 'qa', 'qb', 'qc', 'qd']
-   character(len=2), parameter :: v_letters(6) = [character(len=2) :: 'vx', 'vy', 'vz', 'wx', 'wy', 'wz']
 
 contains
 
@@ -86,6 +76,7 @@ contains
       end if
       if (allocated(error)) return
       self%nodes = n
+      self%poses = n
       allocate (self%x_reference(7*n), self%loads(0), self%constraints(0))
       allocate (self%m(n), self%inertia(3, 3, n), source=0.0_wp)
       do i = 1, n
@@ -292,9 +283,7 @@ contains
          do k = 1, 3
             h(k) = self%inertia(k, 1, i)*w(1) + self%inertia(k, 2, i)*w(2) + self%inertia(k, 3, i)*w(3)
          end do
-         f(4, i) = f(4, i) - (w(2)*h(3) - w(3)*h(2))
-         f(5, i) = f(5, i) - (w(3)*h(1) - w(1)*h(3))
-         f(6, i) = f(6, i) - (w(1)*h(2) - w(2)*h(1))
+         f(4:6, i) = f(4:6, i) - cross(w, h)
       end do
    end subroutine loads_and_inertia
 
@@ -348,27 +337,7 @@ contains
       end do
    end subroutine constraint
 
-   !> A, row by row.
-   subroutine jacobian(self, at, a)
-      !> The system and its state.
-      class(nodal_system_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      !> The constraint matrix: (c, 6 nodes).
-      real(wp), intent(out) :: a(:, :)
-      real(wp) :: row(6)
-      integer :: i, j
-
-      ! Results of known size go through a local: the compiler would allocate them otherwise. So also below.
-      a(:, :) = 0.0_wp
-      do i = 1, self%c
-         j = self%constraints(i)%node
-         row = self%constraints(i)%row(at%x(7*j - 6:7*j))
-         a(i, 6*j - 5:6*j) = row
-      end do
-   end subroutine jacobian
-
-   !> Each row has three entries: those of a node's displacements, or of its rotations. An extension that adds rows of its own
-   !! has a dense A, unless it has a pattern of its own too.
+   !> Each row has three entries: those of a node's displacements, or of its rotations.
    pure subroutine pattern(self, first, column)
       !> The system.
       class(nodal_system_t), intent(in) :: self
@@ -376,7 +345,6 @@ contains
       integer, allocatable, intent(out) :: first(:), column(:)
       integer :: i, j
 
-      if (self%c /= size(self%constraints)) return
       allocate (first(size(self%constraints) + 1), column(3*size(self%constraints)))
       first(1) = 1
       do i = 1, size(self%constraints)
@@ -423,59 +391,6 @@ contains
       end do
    end subroutine acceleration_rhs
 
-   !> {v; q {0, W}/2} of each node.
-   subroutine x_rate(self, at, u, value)
-      !> The system and its state; velocities (6 nodes); xdot (7 nodes).
-      class(nodal_system_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      real(wp), intent(in) :: u(:)
-      real(wp), intent(out) :: value(:)
-      integer :: i
-
-      do i = 1, self%nodes
-         call pose_rate(at%x(7*i - 6:7*i), u(6*i - 5:6*i), value(7*i - 6:7*i))
-      end do
-   end subroutine x_rate
-
-   !> The inverse of `x_rate`.
-   subroutine v_of_x_rate(self, at, rate, u)
-      !> The system and its state; xdot (7 nodes); velocities (6 nodes).
-      class(nodal_system_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      real(wp), intent(in) :: rate(:)
-      real(wp), intent(out) :: u(:)
-      integer :: i
-
-      do i = 1, self%nodes
-         call pose_velocity(at%x(7*i - 6:7*i), rate(7*i - 6:7*i), u(6*i - 5:6*i))
-      end do
-   end subroutine v_of_x_rate
-
-   !> Each node is moved, and turned about its own axes: q := q exp(d).
-   subroutine displace(self, d, x)
-      !> The system; displacement and rotation vector (body axes) of each node (6 nodes); coordinates (7 nodes).
-      class(nodal_system_t), intent(in) :: self
-      real(wp), intent(in) :: d(:)
-      real(wp), intent(inout) :: x(:)
-      integer :: i
-
-      do i = 1, self%nodes
-         call move_pose(d(6*i - 5:6*i), x(7*i - 6:7*i))
-      end do
-   end subroutine displace
-
-   !> Quaternions are brought back to length one.
-   subroutine normalize(self, x)
-      !> The system, and its coordinates (7 nodes).
-      class(nodal_system_t), intent(in) :: self
-      real(wp), intent(inout) :: x(:)
-      integer :: i
-
-      do i = 1, self%nodes
-         call normalize_pose(x(7*i - 6:7*i))
-      end do
-   end subroutine normalize
-
    !> Kinetic energy and that of gravity, zero at the origin; loads from outside have no part in it.
    function energy_without_strain(self, at) result(energy)
       !> The system and its state.
@@ -506,31 +421,5 @@ contains
          times = [times, self%loads(i)%times]
       end do
    end function breakpoints
-
-   !> x, y, z, qa, qb, qc, qd with the number of the node.
-   function x_name(self, i) result(name)
-      !> The system, and the index of the coordinate.
-      class(nodal_system_t), intent(in) :: self
-      integer, intent(in) :: i
-      !> Such as x1 or qa1.
-      character(:), allocatable :: name
-
-      name = trim(x_letters(1 + mod(i - 1, 7)))//to_text(1 + (i - 1)/7)
-      associate (unused_system => self)
-      end associate
-   end function x_name
-
-   !> vx, vy, vz (global axes), wx, wy, wz (body axes) with the number of the node.
-   function v_name(self, i) result(name)
-      !> The system, and the index of the velocity.
-      class(nodal_system_t), intent(in) :: self
-      integer, intent(in) :: i
-      !> Such as vx1 or wx1.
-      character(:), allocatable :: name
-
-      name = v_letters(1 + mod(i - 1, 6))//to_text(1 + (i - 1)/6)
-      associate (unused_system => self)
-      end associate
-   end function v_name
 
 end module taut_model_nodes

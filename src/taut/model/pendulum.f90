@@ -3,21 +3,17 @@ module taut_model_pendulum
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_model_plane_rods, only: plane_rods_t
    implicit none (type, external)
    private
    public :: pendulum_t, new_pendulum
 
    !> Coordinates x (horizontal) and z (upward) from the pivot [m]; phi = sqrt(x^2 + z^2) - L [m], Eq. (27c); the
    !! multiplier is the tension of the rod [N].
-   type, extends(tabulated_system_t) :: pendulum_t
+   type, extends(plane_rods_t) :: pendulum_t
       !> Mass [kg].
       real(wp) :: m = 1.0_wp
-      !> Length of the rod [m].
-      real(wp) :: l = 1.0_wp
-      !> Gravity, against z [m/s^2].
-      real(wp) :: g = 9.81_wp
    contains
       procedure :: mass
       procedure :: force
@@ -26,7 +22,6 @@ module taut_model_pendulum
       procedure :: acceleration_rhs
       procedure :: energy
       procedure :: x_name
-      procedure :: v_name
    end type pendulum_t
 
 contains
@@ -43,17 +38,11 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(*), parameter :: here = 'pendulum'
 
-      if (.not. (m > 0.0_wp .and. m <= huge(m))) &
-         call raise(error, here, 'mass = '//to_text(m)//' is not positive and finite', 'give a mass in kg')
-      if (.not. (l > 0.0_wp .and. l <= huge(l))) &
-         call raise(error, here, 'length = '//to_text(l)//' is not positive and finite', 'give a length in m')
-      if (.not. abs(g) <= huge(g)) call raise(error, here, 'gravity is not a number', 'give an acceleration in m/s^2')
+      call self%set_rods(here, m, l, g, error)
       if (copies < 1 .or. copies > 100) &
          call raise(error, here, 'constraint_copies = '//to_text(copies)//' is not between 1 and 100', 'give a small number')
       if (allocated(error)) return
       self%m = m
-      self%l = l
-      self%g = g
       call self%define(n=2, c=copies, mass_blocks=[1, 1])
    end subroutine new_pendulum
 
@@ -168,19 +157,5 @@ contains
       associate (unused_pendulum => self)
       end associate
    end function x_name
-
-   !> vx or vz.
-   function v_name(self, i) result(name)
-      !> The pendulum.
-      class(pendulum_t), intent(in) :: self
-      !> 1 or 2.
-      integer, intent(in) :: i
-      !> The name.
-      character(:), allocatable :: name
-
-      name = merge('vx', 'vz', i == 1)
-      associate (unused_pendulum => self)
-      end associate
-   end function v_name
 
 end module taut_model_pendulum

@@ -12,9 +12,10 @@
 module taut_model_rigid_bodies
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity, turned, turned_back
+   use taut_model_pose, only: turned, turned_back
+   use taut_model_posed_system, only: posed_system_t
    use taut_rotation, only: cross, matrix_of_quaternion
    implicit none (type, external)
    private
@@ -41,7 +42,7 @@ module taut_model_rigid_bodies
    end type spherical_joint_t
 
    !> A set of bodies.
-   type, extends(mechanical_system_t) :: rigid_bodies_t
+   type, extends(posed_system_t) :: rigid_bodies_t
       !> The bodies.
       type(rigid_body_t), allocatable :: bodies(:)
       !> The joints; each has three rows.
@@ -54,10 +55,6 @@ module taut_model_rigid_bodies
       procedure :: constraint
       procedure :: jacobian
       procedure :: acceleration_rhs
-      procedure :: x_rate
-      procedure :: v_of_x_rate
-      procedure :: displace
-      procedure :: normalize
       procedure :: energy
    end type rigid_bodies_t
 
@@ -100,6 +97,7 @@ contains
       allocate (self%bodies, source=bodies)
       allocate (self%joints, source=joints)
       self%gravity = gravity
+      self%poses = size(bodies)
       call self%define(n=6*size(bodies), c=3*size(joints), n_x=7*size(bodies), mass_blocks=[(6, i=1, size(bodies))], &
                        constant_mass=all([(all(abs(bodies(i)%s) <= 0.0_wp), i=1, size(bodies))]))
    end subroutine new_rigid_bodies
@@ -287,68 +285,6 @@ contains
          value(3*k - 2:3*k) = there - here
       end do
    end subroutine acceleration_rhs
-
-   !> xdot: velocities of the reference points and rates of the quaternions.
-   subroutine x_rate(self, at, u, value)
-      !> The bodies.
-      class(rigid_bodies_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> Velocities: (n).
-      real(wp), intent(in) :: u(:)
-      !> xdot: (n_x).
-      real(wp), intent(out) :: value(:)
-      integer :: b
-
-      do b = 1, size(self%bodies)
-         call pose_rate(at%x(7*b - 6:7*b), u(6*b - 5:6*b), value(7*b - 6:7*b))
-      end do
-   end subroutine x_rate
-
-   !> The velocities that belong to a rate of the coordinates.
-   subroutine v_of_x_rate(self, at, rate, u)
-      !> The bodies.
-      class(rigid_bodies_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> Rate of the coordinates: (n_x).
-      real(wp), intent(in) :: rate(:)
-      !> Velocities: (n).
-      real(wp), intent(out) :: u(:)
-      integer :: b
-
-      do b = 1, size(self%bodies)
-         call pose_velocity(at%x(7*b - 6:7*b), rate(7*b - 6:7*b), u(6*b - 5:6*b))
-      end do
-   end subroutine v_of_x_rate
-
-   !> x := x (+) d: each body is moved, and turned by a rotation vector in its own axes.
-   subroutine displace(self, d, x)
-      !> The bodies.
-      class(rigid_bodies_t), intent(in) :: self
-      !> Displacement: (n).
-      real(wp), intent(in) :: d(:)
-      !> Coordinates: (n_x).
-      real(wp), intent(inout) :: x(:)
-      integer :: b
-
-      do b = 1, size(self%bodies)
-         call move_pose(d(6*b - 5:6*b), x(7*b - 6:7*b))
-      end do
-   end subroutine displace
-
-   !> Quaternions of unit length.
-   subroutine normalize(self, x)
-      !> The bodies.
-      class(rigid_bodies_t), intent(in) :: self
-      !> Coordinates: (n_x).
-      real(wp), intent(inout) :: x(:)
-      integer :: b
-
-      do b = 1, size(self%bodies)
-         call normalize_pose(x(7*b - 6:7*b))
-      end do
-   end subroutine normalize
 
    !> Kinetic energy and potential of gravity [J].
    function energy(self, at)

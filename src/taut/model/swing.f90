@@ -12,6 +12,7 @@ module taut_model_swing
    use taut_model_beam_section, only: beam_section_t, rectangular_section
    use taut_model_dead_load, only: dead_load_t
    use taut_model_modal_body, only: modal_body_t, new_modal_body
+   use taut_model_posed_system, only: posed_system_t
    implicit none (type, external)
    private
    public :: swing_beam_t, swing_data_t, swing_modal_t, new_swing_beam, new_swing_modal
@@ -40,26 +41,12 @@ module taut_model_swing
 
    !> The swing of beam elements.
    type, extends(beam_t) :: swing_beam_t
-      integer, private :: marker(5) = 0
-      real(wp), private :: support(3) = 0.0_wp
-   contains
-      procedure :: output_name => beam_marker_name
-      procedure :: outputs => beam_markers
-      procedure :: event_name => beam_event_name
-      procedure :: event_values => beam_alignment
    end type swing_beam_t
 
    !> The swing of modes.
    type, extends(modal_body_t) :: swing_modal_t
       !> Frequencies of its modes [Hz].
       real(wp), allocatable :: frequency(:)
-      integer, private :: marker(5) = 0
-      real(wp), private :: support(3) = 0.0_wp
-   contains
-      procedure :: output_name => modal_marker_name
-      procedure :: outputs => modal_markers
-      procedure :: event_name => modal_event_name
-      procedure :: event_values => modal_alignment
    end type swing_modal_t
 
    character(*), parameter :: here = 'swing'
@@ -80,15 +67,12 @@ contains
 
       call bare_beam(self%beam_t, data, error)
       if (allocated(error)) return
-      self%marker = marked(data%elements)
       call find_supports(data, supports)
-      self%support = supports(:, 1)
+      call mark(self, data%elements, supports(:, 1))
       call self%link(1, supports(:, 1), data%link_1, error)
       call self%link(self%nodes, supports(:, 2), data%link_2, error)
-      call self%add_load(self%marker(3), data%force, [0.0_wp, 0.0_wp, 0.0_wp], error, data%times, [0.0_wp, 1.0_wp, 0.0_wp])
+      call self%add_load(middle(data%elements), data%force, [0.0_wp, 0.0_wp, 0.0_wp], error, data%times, [0.0_wp, 1.0_wp, 0.0_wp])
       self%gravity = data%gravity
-      self%n_outputs = 15
-      self%n_events = 2
    end subroutine new_swing_beam
 
    !> The swing of modes of the beam with the displacements of its ends blocked, in its plane.
@@ -147,18 +131,15 @@ contains
       if (allocated(error)) return
       allocate (self%frequency(size(modes)))
       self%frequency(:) = found%frequency(modes)
-      self%marker = marked(data%elements)
       call find_supports(data, supports)
-      self%support = supports(:, 1)
+      call mark(self, data%elements, supports(:, 1))
       call self%link(1, supports(:, 1), data%link_1, error)
       call self%link(n, supports(:, 2), data%link_2, error)
-      call load%set(self%marker(3), data%force, [0.0_wp, 0.0_wp, 0.0_wp], error, data%times, [0.0_wp, 1.0_wp, 0.0_wp])
+      call load%set(middle(data%elements), data%force, [0.0_wp, 0.0_wp, 0.0_wp], error, data%times, [0.0_wp, 1.0_wp, 0.0_wp])
       self%loads = [load]
       self%gravity = data%gravity
       ! A beam whose internal forces are stiffness (strain + tau strain rate) has modes damped in the same proportion.
       self%damping = data%damping
-      self%n_outputs = 15
-      self%n_events = 2
    end subroutine new_swing_modal
 
    !> The beam with its mass, free.
@@ -188,17 +169,30 @@ contains
                           positions, orientations)
       call new_beam(beam, positions, orientations, section, error, damping=data%damping)
       if (allocated(error)) return
-      if (data%mid_mass > 0.0_wp) call beam%add_mass(data%elements/2 + 1, data%mid_mass, error)
+      if (data%mid_mass > 0.0_wp) call beam%add_mass(middle(data%elements), data%mid_mass, error)
    end subroutine bare_beam
 
-   !> Nodes of the markers A to E.
-   pure function marked(elements) result(nodes)
+   !> Node of the mass, C.
+   pure integer function middle(elements)
       integer, intent(in) :: elements
-      integer :: nodes(5)
+
+      middle = 1 + elements/2
+   end function middle
+
+   !> Markers A to E at the ends and the quarter points; events where link 1 is in line with A-C, or with the chord A-E.
+   subroutine mark(swing, elements, support)
+      class(posed_system_t), intent(inout) :: swing
+      integer, intent(in) :: elements
+      real(wp), intent(in) :: support(3)
+      character(*), parameter :: letters = 'ABCDE'
       integer :: i
 
-      nodes = [(1 + (i*elements)/4, i=0, 4)]
-   end function marked
+      do i = 1, 5
+         call swing%add_marker(letters(i:i), 1 + ((i - 1)*elements)/4)
+      end do
+      call swing%add_alignment('link-AC', support, 1, middle(elements))
+      call swing%add_alignment('link-AE', support, 1, 1 + elements)
+   end subroutine mark
 
    !> Where the links are pinned to the ground.
    pure subroutine find_supports(data, supports)
@@ -208,155 +202,5 @@ contains
       supports(:, 1) = [0.0_wp, data%link_1, 0.0_wp]
       supports(:, 2) = [data%length, 0.0_wp, 0.0_wp] + data%link_2*sqrt(0.5_wp)*[1.0_wp, 1.0_wp, 0.0_wp]
    end subroutine find_supports
-
-   !> Ax, Ay, Az, Bx, ...
-   pure function marker_name(i) result(name)
-      integer, intent(in) :: i
-      character(:), allocatable :: name
-      character(*), parameter :: letters = 'ABCDE', axes = 'xyz'
-
-      name = letters((i + 2)/3:(i + 2)/3)//axes(modulo(i - 1, 3) + 1:modulo(i - 1, 3) + 1)
-   end function marker_name
-
-   !> Name of an event: link 1 in line with A-C, or with the chord A-E.
-   pure function alignment_name(i) result(name)
-      integer, intent(in) :: i
-      character(:), allocatable :: name
-
-      name = 'link-AC'
-      if (i == 2) name = 'link-AE'
-   end function alignment_name
-
-   !> Products across, in the plane, of link 1 with A-C and with A-E [m^2]; zero where they are in line.
-   pure subroutine alignment(a, c, e, support, values)
-      real(wp), intent(in) :: a(3), c(3), e(3), support(3)
-      real(wp), intent(out) :: values(:)
-
-      associate (link => a - support)
-         values(1) = link(1)*(c(2) - a(2)) - link(2)*(c(1) - a(1))
-         values(2) = link(1)*(e(2) - a(2)) - link(2)*(e(1) - a(1))
-      end associate
-   end subroutine alignment
-
-   !> Name of a marker's coordinate.
-   function beam_marker_name(self, i) result(name)
-      !> The swing.
-      class(swing_beam_t), intent(in) :: self
-      !> Index of the output.
-      integer, intent(in) :: i
-      !> The name.
-      character(:), allocatable :: name
-
-      name = marker_name(i)
-      associate (unused_swing => self)
-      end associate
-   end function beam_marker_name
-
-   !> Positions of the markers [m].
-   subroutine beam_markers(self, at, lambda, values)
-      !> The swing.
-      class(swing_beam_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> Tensions of the links [N].
-      real(wp), intent(in) :: lambda(:)
-      !> Ax, Ay, Az, ...: (15).
-      real(wp), intent(out) :: values(:)
-      integer :: i
-
-      do i = 1, 5
-         values(3*i - 2:3*i) = at%x(7*self%marker(i) - 6:7*self%marker(i) - 4)
-      end do
-      associate (unused_tensions => lambda)
-      end associate
-   end subroutine beam_markers
-
-   !> Name of an event.
-   function beam_event_name(self, i) result(name)
-      !> The swing.
-      class(swing_beam_t), intent(in) :: self
-      !> Index of the event.
-      integer, intent(in) :: i
-      !> The name.
-      character(:), allocatable :: name
-
-      name = alignment_name(i)
-      associate (unused_swing => self)
-      end associate
-   end function beam_event_name
-
-   !> Link 1 against A-C and A-E.
-   subroutine beam_alignment(self, at, values)
-      !> The swing.
-      class(swing_beam_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> Products across: (2) [m^2].
-      real(wp), intent(out) :: values(:)
-
-      associate (c => 7*self%marker(3), e => 7*self%marker(5))
-         call alignment(at%x(1:3), at%x(c - 6:c - 4), at%x(e - 6:e - 4), self%support, values)
-      end associate
-   end subroutine beam_alignment
-
-   !> Name of a marker's coordinate.
-   function modal_marker_name(self, i) result(name)
-      !> The swing.
-      class(swing_modal_t), intent(in) :: self
-      !> Index of the output.
-      integer, intent(in) :: i
-      !> The name.
-      character(:), allocatable :: name
-
-      name = marker_name(i)
-      associate (unused_swing => self)
-      end associate
-   end function modal_marker_name
-
-   !> Positions of the markers [m].
-   subroutine modal_markers(self, at, lambda, values)
-      !> The swing.
-      class(swing_modal_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> Tensions of the links [N].
-      real(wp), intent(in) :: lambda(:)
-      !> Ax, Ay, Az, ...: (15).
-      real(wp), intent(out) :: values(:)
-      integer :: i
-
-      do i = 1, 5
-         values(3*i - 2:3*i) = self%node_position(at, self%marker(i))
-      end do
-      associate (unused_tensions => lambda)
-      end associate
-   end subroutine modal_markers
-
-   !> Name of an event.
-   function modal_event_name(self, i) result(name)
-      !> The swing.
-      class(swing_modal_t), intent(in) :: self
-      !> Index of the event.
-      integer, intent(in) :: i
-      !> The name.
-      character(:), allocatable :: name
-
-      name = alignment_name(i)
-      associate (unused_swing => self)
-      end associate
-   end function modal_event_name
-
-   !> Link 1 against A-C and A-E.
-   subroutine modal_alignment(self, at, values)
-      !> The swing.
-      class(swing_modal_t), intent(in) :: self
-      !> Where.
-      type(state_t), intent(in) :: at
-      !> Products across: (2) [m^2].
-      real(wp), intent(out) :: values(:)
-
-      call alignment(self%node_position(at, self%marker(1)), self%node_position(at, self%marker(3)), &
-                     self%node_position(at, self%marker(5)), self%support, values)
-   end subroutine modal_alignment
 
 end module taut_model_swing
