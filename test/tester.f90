@@ -7,6 +7,7 @@ program tester
    use test_linalg, only: collect_linalg
    use test_constrained, only: collect_constrained
    use test_helicopter, only: collect_helicopter
+   use test_helicopter_motion, only: collect_helicopter_motion
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
    use test_ode_edges, only: collect_ode_edges
@@ -27,6 +28,9 @@ program tester
    use test_weighted_projection, only: collect_weighted_projection
    use test_rotation, only: collect_rotation
    use test_beam, only: collect_beam
+   use test_beam_element, only: collect_beam_element
+   use test_beam_section, only: collect_beam_section
+   use test_nodes, only: collect_nodes
    use test_equilibrium, only: collect_equilibrium
    use test_modes, only: collect_modes
    implicit none (type, external)
@@ -44,6 +48,7 @@ program tester
    call run_suite('ode edges', collect_ode_edges(), trim(only), outcome)
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
    call run_suite('helicopter', collect_helicopter(), trim(only), outcome)
+   call run_suite('helicopter motion', collect_helicopter_motion(), trim(only), outcome)
    call run_suite('system', collect_system(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
@@ -57,6 +62,9 @@ program tester
    call run_suite('case', collect_case(), trim(only), outcome)
    call run_suite('settings', collect_settings(), trim(only), outcome)
    call run_suite('rotation', collect_rotation(), trim(only), outcome)
+   call run_suite('beam section', collect_beam_section(), trim(only), outcome)
+   call run_suite('beam element', collect_beam_element(), trim(only), outcome)
+   call run_suite('nodes', collect_nodes(), trim(only), outcome)
    call run_suite('beam', collect_beam(), trim(only), outcome)
    call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
    call run_suite('modes', collect_modes(), trim(only), outcome)
