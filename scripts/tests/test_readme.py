@@ -72,6 +72,27 @@ def test_readme_names_every_case() -> None:
         assert f"`{case.stem}`" in readme, f"{case.name} is missing in the table of cases"
 
 
+ROOMS = "linalg|ode|constrained|model|case"
+
+
+def places() -> list[tuple[str, str]]:
+    """Returns the files that the map of the library names, each with a procedure that is said to be in it."""
+    found = []
+    named = rf"`((?:{ROOMS})(?:/\w+)+)(?:\.f90)?`(?:: ((?:`\w+`(?:, )?)+))?"
+    for path, words in re.findall(named, text_of("src/README.md")):
+        found += [(path, word) for word in re.findall(r"\w+", words) or [""]]
+    return sorted(set(found))
+
+
+@pytest.mark.parametrize(("path", "procedure"), places())
+def test_map_of_the_library(path: str, procedure: str) -> None:
+    file = ROOT / f"src/taut/{path}.f90"
+    assert file.is_file() or file.with_suffix("").is_dir()
+    if procedure:
+        text = file.read_text(encoding="utf-8")
+        assert re.search(rf"(?m)^.*(subroutine|function|procedure|::)\b.*\b{procedure}\b", text)
+
+
 def test_fortran_of_the_readme_is_of_an_example() -> None:
     blocks = re.findall(r"```fortran\n(.*?)```", text_of("README.md"), re.DOTALL)
     assert blocks
