@@ -9,6 +9,7 @@ program taut_benchmark
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use taut, only: wp, constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, method_t, raise, state_t, status_name, status_reached_end
+   use taut_constrained_method_choose, only: new_constrained_ode
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
    use taut_model_pendulum, only: new_pendulum, pendulum_t
@@ -74,7 +75,7 @@ contains
       type(method_t) :: method
       type(integration_options_t) :: options
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(integrator_t) :: integrator
       real(wp), allocatable :: y(:), y_start(:)
       real(wp) :: batch_end, batch_start, best, spent, t
@@ -89,7 +90,7 @@ contains
       options%rtol = rtol
       options%atol = atol
       if (max_step > 0.0_wp) options%max_step = max_step
-      call ode%init(model, method, error)
+      call new_constrained_ode(ode, model, method, error)
       if (.not. allocated(error)) call integrator%init(ode%size(), options, error)
       if (allocated(error)) return
       allocate (y(ode%size()), y_start(ode%size()))

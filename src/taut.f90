@@ -37,7 +37,8 @@ module taut
    use taut_constrained_method_options, only: method_t, method_names
    use taut_constrained_projection, only: projector_t
    use taut_constrained_start, only: consistent_start, start_report_t
-   use taut_constrained_formulation, only: constrained_ode_t, sample_t
+   use taut_constrained_method, only: constrained_ode_t, sample_t
+   use taut_constrained_method_choose, only: check_method, new_constrained_ode
    use taut_constrained_projection_matrices, only: projection_matrices
    use taut_constrained_ritz, only: new_ritz, ritz_t
    use taut_constrained_simulate, only: simulate, simulation_t
@@ -60,6 +61,7 @@ module taut
    public :: simulation_t, archive_t, pause_t
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t
    public :: observer_t, trajectory_t, events_t, event_record_t, sample_t, constrained_ode_t
+   public :: check_method, new_constrained_ode
    public :: consistent_start, start_report_t, verify, finding_t, projection_matrices
    public :: equilibrium, equilibrium_options_t, equilibrium_result_t, eigenmodes, modes_options_t, modes_t
    public :: ode_system_t, integrator_t, projector_t, pseudo_inverse_t, path_name

@@ -6,6 +6,7 @@ module test_allocation
    use systems, only: new_compound, new_coupler, new_particle, sleigh
    use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, method_names, method_t, state_t, wp
+   use taut_constrained_method_choose, only: new_constrained_ode
    use taut_linalg_weighted_projection, only: solver_names
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_pendulum, only: new_pendulum, pendulum_t
@@ -55,7 +56,7 @@ contains
       integer(int64), intent(out) :: counted
       integer, intent(out) :: steps
       character(:), allocatable, intent(inout) :: failure
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(integrator_t) :: integrator
       type(integration_options_t) :: options
       type(integration_result_t) :: result
@@ -66,7 +67,7 @@ contains
       real(wp) :: t
 
       options%max_step = 0.01_wp
-      call ode%init(model, method, error)
+      call new_constrained_ode(ode, model, method, error)
       call no_error(failure, error)
       call integrator%init(ode%size(), options, error)
       allocate (at%x, source=x)

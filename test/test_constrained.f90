@@ -57,7 +57,7 @@ contains
 
    !> Violations, multipliers and rank at a state.
    subroutine inspect(ode, at, s)
-      type(constrained_ode_t), intent(inout) :: ode
+      class(constrained_ode_t), intent(inout) :: ode
       type(state_t), intent(in) :: at
       type(sample_t), intent(inout) :: s
       real(wp) :: y(ode%size())
@@ -100,7 +100,7 @@ contains
       type(particle_t) :: system
       type(method_t) :: method
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(sample_t) :: s
       type(state_t) :: at
       type(error_t), allocatable :: error
@@ -131,7 +131,7 @@ contains
       character(:), allocatable, intent(inout) :: failure
       type(particle_t) :: system
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(sample_t) :: s
       type(state_t) :: at
       type(error_t), allocatable :: error
@@ -153,7 +153,7 @@ contains
                                                   'coordinate-projection']
       type(method_t) :: method
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(sample_t) :: s
       type(state_t) :: at
       type(error_t), allocatable :: error
@@ -178,7 +178,7 @@ contains
       character(len=16), parameter :: weight(3) = [character(len=16) :: 'identity', 'mass', 'given']
       type(method_t) :: method
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(sample_t) :: s
       type(state_t) :: at
       type(error_t), allocatable :: error
@@ -207,7 +207,7 @@ contains
       type(compound_t) :: system
       type(method_t) :: method
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(sample_t) :: s
       type(state_t) :: at
       type(error_t), allocatable :: error
@@ -276,7 +276,7 @@ contains
          type(method_t), intent(in) :: method
          real(wp), intent(in) :: rtol
          type(integration_result_t) :: result
-         type(constrained_ode_t) :: ode
+         class(constrained_ode_t), allocatable :: ode
          type(sample_t) :: s
          type(state_t) :: at
          type(error_t), allocatable :: error
@@ -351,7 +351,7 @@ contains
       character(:), allocatable, intent(inout) :: failure
       type(method_t) :: method
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(start_report_t) :: report
       type(sample_t) :: s
       type(state_t) :: at

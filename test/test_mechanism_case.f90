@@ -1,6 +1,7 @@
 !> Mechanisms from case files: closed forms, published values, equivalent descriptions, and what is complained about.
 module test_mechanism_case
    use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, sample_t, simulate, state_t, wp
+   use taut_constrained_method_choose, only: new_constrained_ode
    use taut_case_mechanism, only: read_mechanism
    use taut_case_mechanism_names, only: expand
    use taut_case_mechanism_static, only: solve_static, static_t
@@ -118,14 +119,14 @@ contains
       type(state_t), intent(in) :: at
       character(*), intent(in) :: name
       real(wp) :: value
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(error_t), allocatable :: error
       type(sample_t) :: sample
       real(wp), allocatable :: y(:)
       integer :: i, info
 
       value = huge(value)
-      call ode%init(run%model, run%settings%methods(1)%method, error)
+      call new_constrained_ode(ode, run%model, run%settings%methods(1)%method, error)
       allocate (y(ode%size()))
       call ode%pack(at, y)
       call ode%sample(at%t, y, sample, info)
@@ -314,7 +315,7 @@ contains
    subroutine andrews(failure)
       character(:), allocatable, intent(inout) :: failure
       type(run_t) :: run
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(error_t), allocatable :: error
       real(wp), allocatable :: rate(:), y(:)
       integer :: info
@@ -327,7 +328,7 @@ contains
       call check_close(failure, entry_of(run, run%at, 'K7.angle'), 1.048080741042263_wp, 1.0e-7_wp, 'epsilon')
       call check_close(failure, output(run, run%start, 'E3.fx'), 98.5668703962410896_wp, 1.0e-7_wp, 'first multiplier')
       call check_close(failure, output(run, run%start, 'E3.fy'), -6.12268834425566265_wp, 1.0e-7_wp, 'second multiplier')
-      call ode%init(run%model, run%settings%methods(1)%method, error)
+      call new_constrained_ode(ode, run%model, run%settings%methods(1)%method, error)
       allocate (rate(ode%size()), y(ode%size()))
       call ode%pack(run%start, y)
       call ode%rhs(0.0_wp, y, rate, info)

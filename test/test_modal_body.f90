@@ -189,7 +189,7 @@ contains
       character(:), allocatable, intent(inout) :: failure
       type(modal_body_t) :: body
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(sample_t) :: s
       type(state_t) :: at
       type(error_t), allocatable :: error

@@ -163,7 +163,7 @@ contains
       type(minimal_top_t) :: minimal
       type(integrator_t) :: integrator
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(sample_t) :: s
       type(method_t) :: method
       type(state_t) :: at

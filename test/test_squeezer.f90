@@ -3,6 +3,7 @@ module test_squeezer
    use squeezer, only: end_angles, end_velocities, new_squeezer, squeezer_start, squeezer_t
    use taut, only: constrained_ode_t, error_t, finding_t, integration_options_t, integration_result_t, method_t, simulate, &
                    state_t, verify, wp
+   use taut_constrained_method_choose, only: new_constrained_ode
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -41,14 +42,14 @@ contains
    subroutine start_accelerations(failure)
       character(:), allocatable, intent(inout) :: failure
       type(squeezer_t) :: system
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(method_t) :: method
       type(error_t), allocatable :: error
       real(wp) :: rate(14), y(14)
       integer :: info
 
       system = new_squeezer()
-      call ode%init(system, method, error)
+      call new_constrained_ode(ode, system, method, error)
       call no_error(failure, error)
       call ode%pack(squeezer_start(), y)
       call ode%rhs(0.0_wp, y, rate, info)

@@ -1,11 +1,12 @@
 !> Tests of structured constraint matrices, their solvers, and the chain that uses them.
 module test_structure
+   use taut_constrained_method_choose, only: new_constrained_ode
    use testing, only: check, check_below, new_test, no_error, test_t
    use systems, only: new_compound, new_coupler, new_particle, sleigh_in_space, two_rods
    use test_linalg, only: largest, random_vector, restart_random, with_spectrum
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
-   use taut_constrained_formulation, only: constrained_ode_t, sample_t
+   use taut_constrained_method, only: constrained_ode_t, sample_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_simulate, only: simulate
    use taut_constrained_system, only: mechanical_system_t, state_t
@@ -397,7 +398,7 @@ contains
       character(:), allocatable, intent(inout) :: failure
       integer, parameter :: n = 10000
       type(chain_t) :: chain
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(method_t) :: method
       type(error_t), allocatable :: error
       type(state_t) :: at
@@ -411,7 +412,7 @@ contains
       at%x(1::2) = 0.0_wp
       do k = 1, size(names)
          method%solver = names(k)
-         call ode%init(chain, method, error)
+         call new_constrained_ode(ode, chain, method, error)
          call no_error(failure, error)
          if (.not. allocated(y)) allocate (y(ode%size()), dydt(ode%size()))
          call ode%pack(at, y)
@@ -678,7 +679,7 @@ contains
       character(:), allocatable, intent(inout) :: failure
       integer, parameter :: n = 4
       type(n_four_bar_t) :: bars
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(method_t) :: method
       type(error_t), allocatable :: error
       type(state_t) :: at
@@ -693,7 +694,7 @@ contains
       at%v(1::2) = 0.1_wp*[(sin(real(i, wp)), i=1, 2*n + 1)]
       do i = 1, size(solver_names)
          method%solver = solver_names(i)
-         call ode%init(bars, method, error)
+         call new_constrained_ode(ode, bars, method, error)
          call no_error(failure, error)
          call ode%pack(at, y)
          call ode%rhs(0.0_wp, y, z, info)

@@ -89,7 +89,7 @@ contains
       type(swing_beam_t) :: swing
       type(swing_data_t) :: data
       type(integration_result_t) :: result
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(sample_t) :: s
       type(state_t) :: at
       type(error_t), allocatable :: error

@@ -5,7 +5,7 @@ module taut_case_recorder
    use taut_error, only: error_t, raise, to_text
    use taut_case_csv, only: csv_t, number_text
    use taut_case_progress, only: progress_t
-   use taut_constrained_formulation, only: constrained_ode_t, sample_t
+   use taut_constrained_method, only: constrained_ode_t, sample_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_ode_observer, only: observer_t

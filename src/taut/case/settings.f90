@@ -3,6 +3,7 @@ module taut_case_settings
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
    use taut_case_namelist_file, only: namelist_file_t, group_t
+   use taut_constrained_method_choose, only: check_method
    use taut_constrained_method_options, only: method_t
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t
@@ -68,7 +69,7 @@ contains
          case ('method')
             call read_method(file, file%groups(i), weight, one, error)
             if (allocated(error)) return
-            call one%method%check(error)
+            call check_method(one%method, error)
             call check_label(one%label, settings%methods, error)
             call file%locate(file%groups(i), error)
             settings%methods = [settings%methods, one]

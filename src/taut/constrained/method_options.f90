@@ -56,11 +56,12 @@ module taut_constrained_method_options
       logical :: accept_inconsistent = .false.
    contains
       procedure :: check
+      procedure :: place
    end type method_t
 
 contains
 
-   !> Whether names and numbers are valid.
+   !> Whether names and numbers are valid, but for the options that only one method has: see `check_method`.
    subroutine check(self, error)
       !> The method.
       class(method_t), intent(in) :: self
@@ -68,7 +69,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(:), allocatable :: here
 
-      here = 'method "'//trim(self%name)//'"'
+      here = self%place()
       if (.not. any(method_names == self%name)) then
          call raise(error, here, 'there is no method "'//trim(self%name)//'"', 'use one of '//listed(method_names))
          return
@@ -85,22 +86,6 @@ contains
                     'give a tolerance such as 1e-12')
       if (self%max_iterations < 1) &
          call raise(error, here, 'max_iterations = '//to_text(self%max_iterations)//' is not positive', 'give 1 or more')
-      select case (self%name)
-      case ('baumgarte')
-         if (.not. (self%alpha >= 0.0_wp .and. self%beta >= 0.0_wp)) &
-            call raise(error, here, 'alpha = '//to_text(self%alpha)//', beta = '//to_text(self%beta)// &
-                       ': a gain is negative', 'give gains such as 2')
-      case ('braun-goldfarb')
-         if (.not. self%dt > 0.0_wp) &
-            call raise(error, here, 'dt = '//to_text(self%dt)//' is not positive', 'give a time near the expected step')
-      case ('yu-chen')
-         if (.not. self%correction_tolerance >= 0.0_wp) &
-            call raise(error, here, 'correction_tolerance = '//to_text(self%correction_tolerance)//' is negative', 'give 0 or more')
-      case ('penalty')
-         if (.not. (self%stiffness > 0.0_wp .and. self%damping >= 0.0_wp)) &
-            call raise(error, here, 'stiffness = '//to_text(self%stiffness)//', damping = '//to_text(self%damping)// &
-                       ': the constraints are not held', 'give a positive stiffness and a damping of 0 or more')
-      end select
 
    contains
 
@@ -112,6 +97,16 @@ contains
       end subroutine one_of
 
    end subroutine check
+
+   !> What errors say of where they are.
+   pure function place(self) result(text)
+      !> The method.
+      class(method_t), intent(in) :: self
+      !> Such as: method "present".
+      character(len=len_trim(self%name) + 9) :: text
+
+      text = 'method "'//trim(self%name)//'"'
+   end function place
 
    !> Names in one line.
    pure function listed(names) result(text)

@@ -53,7 +53,11 @@ module taut_constrained_projection
    contains
       procedure :: init
       procedure :: position
+      procedure :: correct
+      procedure :: evaluate
+      procedure :: factorize
       procedure :: linearize
+      procedure :: violations
       procedure :: velocity
       procedure :: velocity_violation
       procedure :: filter_position
@@ -367,6 +371,76 @@ contains
       end do
    end function relative_violation
 
+   !> Positions and then velocities on the constraints, Eqs (17) and (11a), or only what exceeds a threshold.
+   subroutine correct(self, model, at, info, threshold, linearized)
+      !> The projector; what was found before the correction is in `phi_raw`, `phidot_raw`, and mu in `mu`.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state; x and v are replaced.
+      type(state_t), intent(inout) :: at
+      !> `rhs_ok`, `rhs_retry` (entries that are not finite) or `rhs_no_projection`.
+      integer, intent(out) :: info
+      !> Violation up to which nothing is done, at either level; negative: always. Default: always.
+      real(wp), intent(in), optional :: threshold
+      !> Whether the last `linearize` was for this very x; default: no.
+      logical, intent(in), optional :: linearized
+      real(wp) :: limit
+
+      limit = -1.0_wp
+      if (present(threshold)) limit = threshold
+      call self%position(model, at, info, limit, linearized)
+      if (info /= rhs_ok) return
+      call self%linearize(model, at, info, 0.0_wp)
+      if (info /= rhs_ok) return
+      if (limit >= 0.0_wp) then
+         call self%velocity_violation(model, at)
+         self%mu(:) = 0.0_wp
+         if (self%phidot_raw <= limit) return
+      end if
+      call self%velocity(model, at)
+   end subroutine correct
+
+   !> A at a state.
+   subroutine evaluate(self, model, at)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state.
+      type(state_t), intent(in) :: at
+
+      call evaluate_jacobian(model, at, self%a)
+   end subroutine evaluate
+
+   !> W and S = A W^-1 A^T at a state, with A in place.
+   subroutine factorize(self, model, at, info, noise)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state.
+      type(state_t), intent(in) :: at
+      !> `rhs_ok` or `rhs_retry`.
+      integer, intent(out) :: info
+      !> Relative error of the rows of A for want of a state that meets the constraints.
+      real(wp), intent(in) :: noise
+
+      call renew_weight(self, model, at, info)
+      if (info /= 0) then
+         call give_up(self, weight_not_positive, info)
+         return
+      end if
+      call self%onto%update(self%a, self%w, self%identity, info, noise)
+      if (info == 0 .and. .not. self%all_holonomic) &
+         call self%onto_holonomic%update(self%a, self%w, self%identity, info, noise)
+      if (info /= 0) then
+         call give_up(self, not_finite, info)
+         return
+      end if
+      info = rhs_ok
+   end subroutine factorize
+
    !> A, W and S = A W^-1 A^T at a state, Sect. 3.5 (b).
    subroutine linearize(self, model, at, info, noise)
       !> The projector.
@@ -381,20 +455,26 @@ contains
       real(wp), intent(in) :: noise
 
       call evaluate_jacobian(model, at, self%a)
-      call renew_weight(self, model, at, info)
-      if (info /= 0) then
-         call give_up(self, weight_not_positive, info)
-         return
-      end if
-      call self%onto%update(self%a, self%w, self%identity, info, noise)
-      if (info == 0 .and. .not. self%all_holonomic) &
-         call self%onto_holonomic%update(self%a, self%w, self%identity, info, noise)
-      if (info /= 0) then
-         call give_up(self, not_finite, info)
-         return
-      end if
-      info = rhs_ok
+      call self%factorize(model, at, info, noise)
    end subroutine linearize
+
+   !> phi and phidot = A v - b' at the state as it is, with A in place.
+   subroutine violations(self, model, at, phi, phidot)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state.
+      type(state_t), intent(in) :: at
+      !> phi: (n_phi).
+      real(wp), intent(inout), contiguous :: phi(:)
+      !> phidot: (c).
+      real(wp), intent(inout), contiguous :: phidot(:)
+
+      call model%constraint(at, phi)
+      call model%velocity_rhs(at, self%b_prime)
+      call self%a%multiply(at%v, phidot, self%b_prime)
+   end subroutine violations
 
    !> v := v - W^-1 A^T S^+ (A v - b'), Eq. (11a) and Sect. 3.5 (c), (d), after `linearize`.
    subroutine velocity(self, model, at, shift)

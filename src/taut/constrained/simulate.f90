@@ -3,7 +3,8 @@ module taut_constrained_simulate
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t
-   use taut_constrained_formulation, only: constrained_ode_t
+   use taut_constrained_method, only: constrained_ode_t
+   use taut_constrained_method_choose, only: new_constrained_ode
    use taut_constrained_method_options, only: method_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: mechanical_system_t, state_t
@@ -23,7 +24,7 @@ module taut_constrained_simulate
    !! archive, and `resume`.
    type :: simulation_t
       !> The formulation, for its counters and `sample`.
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       !> How it went so far.
       type(integration_result_t) :: result
       !> State at the time reached, its time included.
@@ -56,7 +57,7 @@ contains
 
       if (present(method)) chosen = method
       if (present(options)) settings = options
-      call self%ode%init(model, chosen, error)
+      call new_constrained_ode(self%ode, model, chosen, error)
       if (allocated(error)) return
       call self%integrator%init(self%ode%size(), settings, error)
       if (allocated(error)) return
@@ -85,7 +86,7 @@ contains
       type(start_report_t) :: report
 
       self%at = at
-      call consistent_start(self%ode%model, self%ode%method, self%at, report, error)
+      call consistent_start(self%ode%model, self%ode%options, self%at, report, error)
       if (present(start)) start = report
       if (allocated(error)) return
       call self%ode%pack(self%at, self%y)
@@ -150,16 +151,15 @@ contains
       !> How far the initial state was moved.
       type(start_report_t), intent(out), optional :: start
       !> The formulation, for its counters.
-      type(constrained_ode_t), intent(out), optional :: ode
+      class(constrained_ode_t), allocatable, intent(out), optional :: ode
       type(simulation_t) :: simulation
 
       call simulation%init(model, error, method, options)
       if (allocated(error)) return
       call simulation%run(at, t_end, error, observer, events, start)
       at = simulation%at
-      if (present(ode)) ode = simulation%ode
-      if (allocated(error)) return
-      result = simulation%result
+      if (.not. allocated(error)) result = simulation%result
+      if (present(ode)) call move_alloc(simulation%ode, ode)
    end subroutine simulate
 
 end module taut_constrained_simulate

@@ -1,0 +1,209 @@
+!> M where a system is, and the reduced mass matrix M~ = (A M^-1 A^T)^+ of Eq. (20), with what they give: accelerations,
+!! multipliers, corrections.
+module taut_constrained_mass
+   use taut_kinds, only: wp
+   use taut_error, only: to_text
+   use taut_constrained_method_options, only: method_t
+   use taut_constrained_projection, only: projector_t
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
+   use taut_ode_system, only: rhs_ok, rhs_retry
+   implicit none (type, external)
+   private
+   public :: mass_t
+
+   !> M, factorized, and M~. Where the projector of the velocities has the same matrices, they are not made again: with W = M, and
+   !! with W = I of M = m I, where M~ = m (A W^-1 A^T)^+.
+   type :: mass_t
+      type(block_diagonal_t), private :: m
+      type(weighted_projection_t), private :: reduced
+      !> Whether M was found and is positive definite; whether it never changes.
+      logical, private :: known = .false., constant = .true.
+      !> Row where M is not positive definite.
+      integer, private :: bad_row = 0
+      !> Whether the projector's W is M; whether it is I, so that one number may do.
+      logical, private :: is_weight = .false., weight_is_identity = .false.
+      !> The m of M = m I if the projector serves; otherwise 0.
+      real(wp), private :: uniform = 0.0_wp
+      !> Violation A a - b'': (c).
+      real(wp), allocatable, private :: r(:)
+   contains
+      procedure :: init
+      procedure :: init_reduced
+      procedure :: renew
+      procedure :: reduce
+      procedure :: accelerate
+      procedure :: correct_acceleration
+      procedure :: correct_force
+      procedure :: least_norm
+      procedure :: explain
+   end type mass_t
+
+contains
+
+   !> Makes room for M.
+   subroutine init(self, model)
+      !> The mass matrix.
+      class(mass_t), intent(out) :: self
+      !> Whose mass it is.
+      class(mechanical_system_t), intent(in) :: model
+
+      call self%m%init(model%mass_blocks)
+      self%constant = model%constant_mass
+      allocate (self%r(model%c), source=0.0_wp)
+   end subroutine init
+
+   !> Makes room for M~.
+   subroutine init_reduced(self, model, method, projector, same_place)
+      !> The mass matrix, with room for M.
+      class(mass_t), intent(inout) :: self
+      !> Whose mass it is.
+      class(mechanical_system_t), intent(in) :: model
+      !> Weight and solver.
+      type(method_t), intent(in) :: method
+      !> The projector of the velocities.
+      type(projector_t), intent(in) :: projector
+      !> Whether accelerations are corrected at the state where velocities are, so that the projector's matrices serve.
+      logical, intent(in) :: same_place
+
+      self%is_weight = same_place .and. method%weight == 'mass'
+      self%weight_is_identity = same_place .and. method%weight == 'identity'
+      if (.not. self%is_weight) &
+         call self%reduced%init(projector%a, model%c, model%mass_blocks, solver_code(method%solver), method%rcond)
+   end subroutine init_reduced
+
+   !> M at a state, factorized.
+   subroutine renew(self, model, at, info)
+      !> The mass matrix.
+      class(mass_t), intent(inout) :: self
+      !> Whose mass it is.
+      class(mechanical_system_t), intent(in) :: model
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> `rhs_ok`, or `rhs_retry` where M is not positive definite.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      if (self%is_weight .or. (self%known .and. self%constant)) return
+      call model%mass(at, self%m)
+      call self%m%factorize(self%bad_row)
+      self%known = self%bad_row == 0
+      self%uniform = 0.0_wp
+      if (.not. self%known) then
+         info = rhs_retry
+      else if (self%m%diagonal .and. self%weight_is_identity) then
+         if (all(abs(self%m%values - self%m%values(1)) <= 0.0_wp)) self%uniform = self%m%values(1)
+      end if
+   end subroutine renew
+
+   !> M~ for the A of the projector, after `renew`.
+   subroutine reduce(self, projector, noise, info)
+      !> The mass matrix.
+      class(mass_t), intent(inout) :: self
+      !> The projector, with A where M is.
+      type(projector_t), intent(in) :: projector
+      !> Relative error of the rows of A for want of a state that meets the constraints.
+      real(wp), intent(in) :: noise
+      !> `rhs_ok`, or `rhs_retry` where there are entries that are not finite.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      if (self%is_weight .or. self%uniform > 0.0_wp) return
+      call self%reduced%update(projector%a, self%m, .false., info, noise)
+      if (info /= 0) info = rhs_retry
+   end subroutine reduce
+
+   !> a = M^-1 f: the accelerations that forces give.
+   subroutine accelerate(self, projector, f, a)
+      !> The mass matrix.
+      class(mass_t), intent(in) :: self
+      !> The projector, for W = M.
+      type(projector_t), intent(in) :: projector
+      !> Forces: (n).
+      real(wp), intent(in), contiguous :: f(:)
+      !> Accelerations: (n).
+      real(wp), intent(inout), contiguous :: a(:)
+
+      if (self%is_weight) then
+         call projector%w%solve_vector(f, a)
+      else
+         call self%m%solve_vector(f, a)
+      end if
+   end subroutine accelerate
+
+   !> lambda = M~ (A a - b''), Eq. (14b), and a := a - M^-1 A^T lambda, Eq. (11b) and Sect. 3.5 (h).
+   subroutine correct_acceleration(self, projector, b_second, a, lambda)
+      !> The mass matrix.
+      class(mass_t), intent(inout) :: self
+      !> The projector, with A, for W = M or M = m I.
+      type(projector_t), intent(inout) :: projector
+      !> b'': (c).
+      real(wp), intent(in), contiguous :: b_second(:)
+      !> Accelerations M^-1 f, corrected: (n).
+      real(wp), intent(inout), contiguous :: a(:)
+      !> Multipliers: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
+      integer :: i
+
+      if (self%uniform > 0.0_wp) then
+         call projector%onto%project(projector%a, b_second, a, self%r, lambda)
+         do i = 1, size(lambda)
+            lambda(i) = self%uniform*lambda(i)
+         end do
+      else if (self%is_weight) then
+         call projector%onto%project(projector%a, b_second, a, self%r, lambda)
+      else
+         call self%reduced%project(projector%a, b_second, a, self%r, lambda)
+      end if
+   end subroutine correct_acceleration
+
+   !> lambda = M~ (A M^-1 f - b''), Eq. (14b), and f := f - A^T lambda, Eq. (19b) and Sect. 3.5 (g), with the accelerations that
+   !! this force gives.
+   subroutine correct_force(self, projector, b_second, f, a, lambda)
+      !> The mass matrix.
+      class(mass_t), intent(inout) :: self
+      !> The projector, with A, for W = M or M = m I.
+      type(projector_t), intent(inout) :: projector
+      !> b'': (c).
+      real(wp), intent(in), contiguous :: b_second(:)
+      !> Forces, corrected: (n).
+      real(wp), intent(inout), contiguous :: f(:)
+      !> Accelerations M^-1 f, those of the corrected forces on return: (n).
+      real(wp), intent(inout), contiguous :: a(:)
+      !> Multipliers: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
+
+      call self%correct_acceleration(projector, b_second, a, lambda)
+      call projector%a%subtract_transposed(lambda, f)
+      call self%accelerate(projector, f, a)
+   end subroutine correct_force
+
+   !> The multipliers of least norm among those with the same A^T lambda.
+   subroutine least_norm(self, projector, lambda)
+      !> The mass matrix.
+      class(mass_t), intent(inout) :: self
+      !> The projector, for W = M or M = m I.
+      type(projector_t), intent(inout) :: projector
+      !> Multipliers: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
+
+      if (self%is_weight .or. self%uniform > 0.0_wp) then
+         call projector%onto%minimum_norm(lambda)
+      else
+         call self%reduced%minimum_norm(lambda)
+      end if
+   end subroutine least_norm
+
+   !> Why the last `renew` failed, in words; empty if it did not.
+   subroutine explain(self, text)
+      !> The mass matrix.
+      class(mass_t), intent(in) :: self
+      !> One line.
+      character(:), allocatable, intent(out) :: text
+
+      text = ''
+      if (self%bad_row > 0) text = 'the mass matrix is not positive definite at row '//to_text(self%bad_row)
+   end subroutine explain
+
+end module taut_constrained_mass

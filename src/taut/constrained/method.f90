@@ -1,0 +1,409 @@
+!> What a method is: a way to make of a constrained mechanical system one of ordinary differential equations.
+!!
+!! A method is an extension of `constrained_ode_t` in a file of its own, `method/`, and a line in `method/choose.f90`; its name
+!! and its options are in `method_options.f90`. It owns
+!!
+!! - its right-hand side, `rhs`, and what it needs for that, `set_up`; `check_options` refuses options that make no sense;
+!! - its correction at the end of a step, `project`, with what that will take off a local error, `filter_error`. By default
+!!   coordinates are normalized and nothing else;
+!! - the layout of its state, `size`, `pack` and `unpack`, with `accelerations` to read a derivative. By default y = {x; v; w};
+!! - what it remembers from one step to the next, `serialize`;
+!! - the multipliers of its last evaluation, `multipliers`, and what it replaced at the end of the last step, `replaced`.
+!!
+!! Everything else that is known of a state, `sample` finds for all methods alike.
+!!
+!! Methods that are not here were laid out on this type before it was written:
+!!
+!! - Minimal coordinates, Eq. (3): y = {x; nu; w} with v = A^+ b' + N nu, N a basis of the null space of A that stays between two
+!!   accepted steps. `unpack` projects x and gives v; `rhs` solves N^T M N nudot = N^T (f - M (A^+ b'' ...)) and keeps vdot for
+!!   `accelerations`. nu has room for n entries, so that a change of the rank changes no size. Where pivots ask for another N,
+!!   it is chosen when a step is accepted: nu := N^T v replaces a part of y, the derivative is evaluated again, and N is
+!!   remembered by `serialize`.
+!! - Dummy derivatives (Mattsson and Soderlind): y = {x; v; w}, of which only the independent entries are integrated;
+!!   `unpack` solves phi = 0 and A v = b' for the others from where they are, `filter_error` takes them off the error. Which are
+!!   independent is decided by the pivots of A when a step is accepted; y stays as it is.
+!! - Gear, Gupta, Leimkuhler: with an explicit stepper `present` is its half-explicit form. With a stepper that solves for
+!!   algebraic unknowns y = {x; v; w; mu; lambda}: `size`, `pack` and `unpack` have the multipliers, `multipliers` reads them, and
+!!   what such a stepper asks of a system is overridden.
+!! - Augmented Lagrangian (Bayo): `rhs` iterates M vdot + A^T lambda = f from the multipliers of the last accepted step, which
+!!   `serialize` remembers.
+!!
+!! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
+!! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
+module taut_constrained_method
+   use taut_archive, only: archive_t
+   use taut_kinds, only: wp
+   use taut_error, only: error_t
+   use taut_constrained_mass, only: mass_t
+   use taut_constrained_method_options, only: method_t
+   use taut_constrained_projection, only: projector_t
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
+   use taut_ode_system, only: ode_system_t, rhs_ok
+   implicit none (type, external)
+   private
+   public :: constrained_ode_t, sample_t
+
+   !> What there is to know about a state.
+   type :: sample_t
+      !> Violation of the constraints at position, velocity and acceleration level, largest entries.
+      real(wp) :: phi = 0.0_wp, phidot = 0.0_wp, phiddot = 0.0_wp
+      !> The same at the end of the last step before the state was replaced.
+      real(wp) :: phi_raw = 0.0_wp, phidot_raw = 0.0_wp
+      !> Energy [J], or not a number.
+      real(wp) :: energy = 0.0_wp
+      !> Multipliers of Eqs (14): mu at the end of the last step before the state was replaced, lambda at the state: (c).
+      real(wp), allocatable :: mu(:), lambda(:)
+      !> Rank of A.
+      integer :: rank = 0
+      !> What the system computes besides: (n_outputs).
+      real(wp), allocatable :: outputs(:)
+   end type sample_t
+
+   !> What was found at the end of the last step before its state was replaced.
+   type :: step_end_t
+      !> Violations of positions and velocities, largest entries.
+      real(wp) :: phi = 0.0_wp, phidot = 0.0_wp
+      !> Multipliers of Eq. (14a): (c).
+      real(wp), allocatable :: mu(:)
+   end type step_end_t
+
+   !> A constrained mechanical system with a method.
+   type, abstract, extends(ode_system_t) :: constrained_ode_t
+      !> The system; a copy of what `init` was given.
+      class(mechanical_system_t), allocatable :: model
+      !> The options of the method.
+      type(method_t) :: options
+      !> Projection in the metric W, and its iteration count.
+      type(projector_t) :: projector
+      !> M, and the reduced mass matrix.
+      type(mass_t) :: mass
+      !> Where the last evaluation was.
+      type(state_t) :: at
+      !> Multipliers of Eq. (14b) of the last evaluation: (c).
+      real(wp), allocatable :: lambda(:)
+      !> Forces, and b'', of the last evaluation: (n), (c).
+      real(wp), allocatable :: force(:), b_second(:)
+      !> phi and phidot = A v - b' of the last `find_violations`: (n_phi), (c).
+      real(wp), allocatable :: phi(:), phidot(:)
+      !> Whether positions are replaced at the end of a step, and what was found there.
+      logical :: replaces = .false.
+      type(step_end_t) :: step_end
+      !> Whether `rhs` projects velocities, so that mu is that of the evaluation.
+      logical :: finds_mu = .false.
+      real(wp), allocatable, private :: dydt(:), vdot(:)
+   contains
+      procedure, non_overridable :: init
+      procedure :: check_options => any_options
+      procedure :: set_up => nothing_to_set_up
+      procedure :: size => state_size
+      procedure :: pack
+      procedure :: unpack
+      procedure :: accelerations
+      procedure :: multipliers
+      procedure :: project => normalize
+      procedure :: breakpoints
+      procedure :: failure
+      procedure :: sample
+      procedure :: serialize
+      procedure, non_overridable :: is_at
+      procedure, non_overridable :: find_violations
+      procedure, non_overridable :: remember
+   end type constrained_ode_t
+
+contains
+
+   !> Sets a system and a method together; nothing is allocated afterwards.
+   subroutine init(self, model, method, error)
+      !> The formulation, new.
+      class(constrained_ode_t), intent(inout) :: self
+      !> The system, its sizes checked; copied.
+      class(mechanical_system_t), intent(in) :: model
+      !> The method's options, checked.
+      type(method_t), intent(in) :: method
+      !> What does not fit.
+      type(error_t), allocatable, intent(inout) :: error
+
+      allocate (self%model, source=model)
+      self%model%enforced = .true.
+      self%options = method
+      allocate (self%at%x(model%n_x), self%at%v(model%n), self%at%w(model%n_w), source=0.0_wp)
+      allocate (self%lambda(model%c), self%b_second(model%c), self%force(model%n), self%phi(model%n_phi), self%phidot(model%c), &
+                self%vdot(model%n), self%step_end%mu(model%c), source=0.0_wp)
+      call self%projector%init(self%model, method)
+      call self%mass%init(self%model)
+      call self%set_up(error)
+      allocate (self%dydt(self%size()), source=0.0_wp)
+   end subroutine init
+
+   !> Whether the options that are a method's own make sense; the default has none.
+   subroutine any_options(self, options, error)
+      !> The formulation, not yet set up.
+      class(constrained_ode_t), intent(in) :: self
+      !> The options.
+      type(method_t), intent(in) :: options
+      !> What does not make sense.
+      type(error_t), allocatable, intent(inout) :: error
+
+      associate (unused_formulation => self, unused_options => options, unused_error => error)
+      end associate
+   end subroutine any_options
+
+   !> What a method needs besides; the default needs nothing.
+   subroutine nothing_to_set_up(self, error)
+      !> The formulation, everything else of it ready.
+      class(constrained_ode_t), intent(inout) :: self
+      !> What does not fit.
+      type(error_t), allocatable, intent(inout) :: error
+
+      associate (unused_formulation => self, unused_error => error)
+      end associate
+   end subroutine nothing_to_set_up
+
+   !> Number of entries of y.
+   pure function state_size(self) result(n)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> n_x + n + n_w.
+      integer :: n
+
+      n = self%model%n_x + self%model%n + self%model%n_w
+   end function state_size
+
+   !> y = {x; v; w}.
+   pure subroutine pack(self, at, y)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> The state.
+      type(state_t), intent(in) :: at
+      !> All of it: (size).
+      real(wp), intent(out), contiguous :: y(:)
+      integer :: i
+
+      do i = 1, self%model%n_x
+         y(i) = at%x(i)
+      end do
+      do i = 1, self%model%n
+         y(self%model%n_x + i) = at%v(i)
+      end do
+      do i = 1, self%model%n_w
+         y(self%model%n_x + self%model%n + i) = at%w(i)
+      end do
+   end subroutine pack
+
+   !> {x; v; w} = y.
+   pure subroutine unpack(self, t, y, at)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> All of the state: (size).
+      real(wp), intent(in), contiguous :: y(:)
+      !> The state, its parts allocated.
+      type(state_t), intent(inout) :: at
+      integer :: i
+
+      at%t = min(max(t, self%t_low), self%t_high)
+      do i = 1, self%model%n_x
+         at%x(i) = y(i)
+      end do
+      do i = 1, self%model%n
+         at%v(i) = y(self%model%n_x + i)
+      end do
+      do i = 1, self%model%n_w
+         at%w(i) = y(self%model%n_x + self%model%n + i)
+      end do
+   end subroutine unpack
+
+   !> Whether {x; v; w} at a time are those of `at`.
+   pure logical function is_at(self, t, y)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}: (size).
+      real(wp), intent(in), contiguous :: y(:)
+      integer :: i, n, n_x
+
+      n = self%model%n
+      n_x = self%model%n_x
+      is_at = .false.
+      if (abs(min(max(t, self%t_low), self%t_high) - self%at%t) > 0.0_wp) return
+      do i = 1, n_x
+         if (abs(y(i) - self%at%x(i)) > 0.0_wp) return
+      end do
+      do i = 1, n
+         if (abs(y(n_x + i) - self%at%v(i)) > 0.0_wp) return
+      end do
+      do i = 1, self%model%n_w
+         if (abs(y(n_x + n + i) - self%at%w(i)) > 0.0_wp) return
+      end do
+      is_at = .true.
+   end function is_at
+
+   !> vdot of a derivative that `rhs` has just found.
+   pure subroutine accelerations(self, dydt, vdot)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> The derivative: (size).
+      real(wp), intent(in), contiguous :: dydt(:)
+      !> Accelerations: (n).
+      real(wp), intent(out), contiguous :: vdot(:)
+
+      vdot(:) = dydt(self%model%n_x + 1:self%model%n_x + self%model%n)
+   end subroutine accelerations
+
+   !> The multipliers of the last evaluation, of least norm where they are not unique.
+   subroutine multipliers(self, s)
+      !> The formulation, as `rhs` left it.
+      class(constrained_ode_t), intent(inout) :: self
+      !> lambda is set, and mu if the evaluation has found it.
+      type(sample_t), intent(inout) :: s
+
+      s%lambda(:) = self%lambda
+   end subroutine multipliers
+
+   !> Brings coordinates that are redundant by themselves back to their manifold: every right-hand side does so first, so
+   !! that its value stays.
+   subroutine normalize(self, t, y, fresh, stale, info)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}, replaced: (size).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> Whether the last call of `rhs` was for this very t and y.
+      logical, intent(in) :: fresh
+      !> False: the derivative stays.
+      logical, intent(out) :: stale
+      !> `rhs_ok`.
+      integer, intent(out) :: info
+
+      stale = .false.
+      info = rhs_ok
+      call self%model%normalize(y(1:self%model%n_x))
+      associate (unused_time => t, unused_flag => fresh)
+      end associate
+   end subroutine normalize
+
+   !> phi and phidot at the state as it is, with A in place.
+   subroutine find_violations(self)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+
+      call self%projector%violations(self%model, self%at, self%phi, self%phidot)
+   end subroutine find_violations
+
+   !> Keeps what the projector has found at the end of a step.
+   pure subroutine remember(self)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+
+      self%step_end%phi = self%projector%phi_raw
+      self%step_end%phidot = self%projector%phidot_raw
+      self%step_end%mu(:) = self%projector%mu
+   end subroutine remember
+
+   !> The breakpoints of the system.
+   function breakpoints(self) result(times)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> Times in any order [s].
+      real(wp), allocatable :: times(:)
+
+      times = self%model%breakpoints()
+   end function breakpoints
+
+   !> Why the last evaluation or projection failed.
+   subroutine failure(self, text)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> One line.
+      character(:), allocatable, intent(out) :: text
+
+      call self%mass%explain(text)
+      if (len(text) == 0) call self%projector%explain(text)
+   end subroutine failure
+
+   !> Violations, multipliers, energy, rank and what the system computes besides at a state, evaluated afresh.
+   subroutine sample(self, t, y, s, info)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (size).
+      real(wp), intent(in), contiguous :: y(:)
+      !> What there is to know; its arrays are allocated if they are not.
+      type(sample_t), intent(inout) :: s
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      integer :: iterations
+
+      if (.not. allocated(s%mu)) allocate (s%mu(self%model%c), s%lambda(self%model%c), source=0.0_wp)
+      associate (model => self%model, projector => self%projector)
+         ! Output does not count as work of the method.
+         iterations = projector%iterations
+         call self%rhs(t, y, self%dydt, info)
+         projector%iterations = iterations
+         if (info /= rhs_ok) return
+         call self%accelerations(self%dydt, self%vdot)
+         call self%multipliers(s)
+
+         call self%unpack(t, y, self%at)
+         call projector%linearize(model, self%at, info, 0.0_wp)
+         if (info /= rhs_ok) return
+         s%rank = projector%onto%rank
+         call self%find_violations()
+         s%phi = largest(self%phi)
+         s%phidot = largest(self%phidot)
+         call model%acceleration_rhs(self%at, self%b_second)
+         call projector%a%multiply(self%vdot, self%phidot, self%b_second)
+         s%phiddot = largest(self%phidot)
+         s%energy = model%energy(self%at)
+         select type (model => self%model)
+         class is (tabulated_system_t)
+            if (.not. allocated(s%outputs)) allocate (s%outputs(model%n_outputs), source=0.0_wp)
+            if (model%n_outputs > 0) call model%outputs(self%at, s%lambda, s%outputs)
+         end select
+         if (self%replaces) then
+            s%phi_raw = self%step_end%phi
+            s%phidot_raw = self%step_end%phidot
+            s%mu(:) = self%step_end%mu
+            call projector%onto%minimum_norm(s%mu)
+         else
+            s%phi_raw = s%phi
+            s%phidot_raw = s%phidot
+            if (self%finds_mu) return
+            call projector%velocity(model, self%at)
+            s%mu(:) = projector%mu
+            call projector%onto%minimum_norm(s%mu)
+         end if
+      end associate
+   end subroutine sample
+
+   !> Largest absolute entry, 0 if there is none.
+   pure function largest(values) result(value)
+      real(wp), intent(in) :: values(:)
+      real(wp) :: value
+      integer :: i
+
+      value = 0.0_wp
+      do i = 1, size(values)
+         value = max(value, abs(values(i)))
+      end do
+   end function largest
+
+   !> Passes through an archive what is remembered from one step to the next; everything else follows from t and y.
+   subroutine serialize(self, archive)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call archive%item('phi before projection', self%step_end%phi)
+      call archive%item('phidot before projection', self%step_end%phidot)
+      call archive%item('mu before projection', self%step_end%mu)
+      call archive%item('projection iterations', self%projector%iterations)
+   end subroutine serialize
+
+end module taut_constrained_method

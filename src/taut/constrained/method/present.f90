@@ -1,0 +1,185 @@
+!> The paper's method: the velocities and accelerations of Eqs (11), at positions on the constraints, Eq. (17).
+module taut_constrained_method_present
+   use taut_kinds, only: wp
+   use taut_error, only: error_t
+   use taut_constrained_method, only: constrained_ode_t, sample_t
+   use taut_ode_system, only: rhs_ok
+   implicit none (type, external)
+   private
+   public :: present_t
+
+   !> The method `present`.
+   type, extends(constrained_ode_t) :: present_t
+      private
+      !> Whether x is projected before each evaluation; whether v is replaced at the end of a step as x is; whether forces are
+      !! corrected, (g), or accelerations, (h).
+      logical :: projects_stages = .true., replaces_v = .true., corrects_force = .false.
+      !> Whether `at` was projected by `project` and nothing was evaluated since, so that (a) to (d) are done there.
+      logical :: projected = .false.
+   contains
+      procedure :: set_up
+      procedure :: rhs
+      procedure :: project
+      procedure :: filter_error
+      procedure :: multipliers
+   end type present_t
+
+contains
+
+   !> Reads the options of the method.
+   subroutine set_up(self, error)
+      !> The formulation.
+      class(present_t), intent(inout) :: self
+      !> Left alone.
+      type(error_t), allocatable, intent(inout) :: error
+
+      self%projects_stages = self%options%stage_projection == 'newton'
+      self%replaces = self%options%state_projection /= 'none'
+      self%replaces_v = self%options%state_projection == 'position-velocity'
+      self%corrects_force = self%options%form == 'force'
+      self%finds_mu = .true.
+      call self%mass%init_reduced(self%model, self%options, self%projector, same_place=.true.)
+      associate (unused_error => error)
+      end associate
+   end subroutine set_up
+
+   !> The paper's procedure, Sect. 3.5, step by step.
+   subroutine rhs(self, t, y, dydt, info)
+      !> The formulation.
+      class(present_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}: (size).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Its derivative: (size).
+      real(wp), intent(out), contiguous :: dydt(:)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      integer :: last_v, n_x
+
+      n_x = self%model%n_x
+      last_v = n_x + self%model%n
+      associate (model => self%model, at => self%at, projector => self%projector, mass => self%mass, &
+                 xdot => dydt(:n_x), vdot => dydt(n_x + 1:last_v), wdot => dydt(last_v + 1:))
+         if (.not. already_projected(self, t, y)) then
+            call self%unpack(t, y, at)
+            ! (a) project x on the invariant manifold, Eq. (17)
+            call project_x(self, info)
+            if (info /= rhs_ok) return
+            ! (b) A, with the corrected x
+            call projector%linearize(model, at, info, 0.0_wp)
+            if (info /= rhs_ok) return
+            ! (c) b', with the corrected x, and (d) project v, Eq. (11a)
+            call projector%velocity(model, at)
+         end if
+         ! (e) b'', with the corrected x and v
+         call model%acceleration_rhs(at, self%b_second)
+         ! (f) reduced mass matrix, Eq. (20), and unconstrained acceleration M^-1 f, Eq. (21)
+         call mass%renew(model, at, info)
+         if (info == rhs_ok) call mass%reduce(projector, 0.0_wp, info)
+         if (info /= rhs_ok) return
+         call model%force(at, self%force)
+         call mass%accelerate(projector, self%force, vdot)
+         if (self%corrects_force) then
+            ! (g) correct the force, Eq. (19b)
+            call mass%correct_force(projector, self%b_second, self%force, vdot, self%lambda)
+         else
+            ! (h) correct the acceleration, Eq. (11b)
+            call mass%correct_acceleration(projector, self%b_second, vdot, self%lambda)
+         end if
+         ! (i) the original system, with corrected velocity and acceleration
+         call model%x_rate(at, at%v, xdot)
+         if (model%n_w > 0) call model%w_rate(at, wdot)
+      end associate
+   end subroutine rhs
+
+   !> Whether `at` is the state that `project` has left there.
+   logical function already_projected(self, t, y) result(answer)
+      type(present_t), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in), contiguous :: y(:)
+
+      answer = self%projected
+      if (answer) answer = self%is_at(t, y)
+      self%projected = .false.
+   end function already_projected
+
+   !> (a), or without projection of stages only what belongs to the coordinates by themselves.
+   subroutine project_x(self, info)
+      type(present_t), intent(inout) :: self
+      integer, intent(out) :: info
+
+      if (self%projects_stages) then
+         call self%projector%position(self%model, self%at, info)
+      else
+         info = rhs_ok
+         call self%model%normalize(self%at%x)
+      end if
+   end subroutine project_x
+
+   !> Replaces x by Eq. (17) and v by Eq. (11a).
+   !!
+   !! With Eqs (11) on the projected state the right-hand side F satisfies F(P(y)) = F(y): the last stage holds P(y) already, and
+   !! its derivative stays valid.
+   subroutine project(self, t, y, fresh, stale, info)
+      !> The formulation.
+      class(present_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}, replaced: (size).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> Whether the last call of `rhs` was for this very t and y.
+      logical, intent(in) :: fresh
+      !> Whether the derivative has to be evaluated again.
+      logical, intent(out) :: stale
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      integer :: n_x
+
+      info = rhs_ok
+      stale = .false.
+      n_x = self%model%n_x
+      if (.not. self%replaces) then
+         call self%model%normalize(y(:n_x))
+         return
+      end if
+      if (.not. (fresh .and. self%projects_stages)) then
+         call self%unpack(t, y, self%at)
+         call self%projector%correct(self%model, self%at, info, linearized=fresh)
+         if (info /= rhs_ok) return
+         self%projected = .not. self%projects_stages
+         stale = fresh
+      end if
+      y(:n_x) = self%at%x
+      if (self%replaces_v) y(n_x + 1:n_x + self%model%n) = self%at%v
+      if (fresh) call self%remember()
+   end subroutine project
+
+   !> Takes off the local error what `project` will take off the state.
+   subroutine filter_error(self, error)
+      !> The formulation.
+      class(present_t), intent(inout) :: self
+      !> Estimate of the local error: (size).
+      real(wp), intent(inout), contiguous :: error(:)
+      integer :: n_x
+
+      if (.not. self%replaces) return
+      n_x = self%model%n_x
+      call self%projector%filter_position(self%model, self%at, error(:n_x))
+      if (self%replaces_v) call self%projector%filter_velocity(self%model, error(n_x + 1:n_x + self%model%n))
+   end subroutine filter_error
+
+   !> lambda and mu of the last evaluation.
+   subroutine multipliers(self, s)
+      !> The formulation, as `rhs` left it.
+      class(present_t), intent(inout) :: self
+      !> Both are set.
+      type(sample_t), intent(inout) :: s
+
+      s%lambda(:) = self%lambda
+      call self%mass%least_norm(self%projector, s%lambda)
+      s%mu(:) = self%projector%mu
+      call self%projector%onto%minimum_norm(s%mu)
+   end subroutine multipliers
+
+end module taut_constrained_method_present
