@@ -28,7 +28,7 @@ contains
       integer :: info
       if (h < 0.0_wp) call raise(error, 'peak', 'time runs backwards')
       select type (ode)
-      type is (constrained_ode_t)
+      class is (constrained_ode_t)
          call ode%sample(t, y, self%seen, info)         ! lambda, mu, phi, energy, rank, ...
          if (info /= rhs_ok .or. self%seen%lambda(1) <= self%tension) return
          self%tension = self%seen%lambda(1)
@@ -55,7 +55,7 @@ program events
    type(peak_t) :: peak
    type(bottom_t) :: bottom
    type(integration_result_t) :: result
-   type(constrained_ode_t) :: ode
+   class(constrained_ode_t), allocatable :: ode
    type(sample_t) :: seen
    type(error_t), allocatable :: error
    integer :: info

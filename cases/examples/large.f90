@@ -80,7 +80,7 @@ program large
    type(spoke_t) :: spoke
    type(state_t) :: at
    type(integration_result_t) :: result
-   type(constrained_ode_t) :: ode
+   class(constrained_ode_t), allocatable :: ode
    type(sample_t) :: seen
    type(error_t), allocatable :: error
    real(wp), allocatable :: y(:)

@@ -21,6 +21,27 @@ module taut_constrained_projection
    !! use of `noise` by the solvers.
    real(wp), parameter :: harmless_noise = 1.0e-5_wp
 
+   ! The decisions of Newton's iteration (17). Violations are measured by their largest entries.
+   !> Violations up to so many round-offs of the largest coordinate count as none, whatever the tolerance: a distance is a
+   !! difference of two coordinates that are exact to half of one, and its components add up.
+   real(wp), parameter :: exact = 4.0_wp
+   !> A displacement up to so many round-offs of the largest coordinate moves nothing any more: the iteration is at rest.
+   real(wp), parameter :: at_rest = 2.0_wp
+   !> A and S are kept while an iteration leaves less than this part of phi. The simplified iteration then goes on at this rate or
+   !! better: a second evaluation of A and S would cost more than the iteration that it may save.
+   real(wp), parameter :: fast = 1.0e-3_wp
+   !> The part of phi that a displacement is to reach, A d against phi: less than half of it, and the rank is in doubt.
+   real(wp), parameter :: most = 0.5_wp
+   !> Where a displacement reaches no more than this part of phi, the rest is normal to the range of A: the constraints contradict
+   !! each other. Larger than what the condition of S leaves of round-off (the root of it), smaller than any violation that
+   !! moves are able to mend.
+   real(wp), parameter :: contradiction = 1.0e-6_wp
+   !> A displacement that does not reduce phi is halved up to so many times: a thousandth of it does not help either.
+   integer, parameter :: halvings = 10
+   !> Growth of the sum of squares of phi that is round-off: where constraints are inconsistent, what can be reduced may be
+   !! less than round-off of what cannot.
+   real(wp), parameter :: no_growth = 1.0_wp + 8.0_wp*epsilon(1.0_wp)
+
    !> Projection in the metric W, and its workspace.
    type :: projector_t
       !> Constraint matrix at the last `linearize`.
@@ -166,8 +187,7 @@ contains
 
    !> Newton's iteration (17): x (+) (-W^-1 A^T S^+ phi) until no entry of phi exceeds the tolerance.
    !!
-   !! Source: Eqs (16), (17). A step that does not reduce phi is halved. A and S are kept after an iteration that leaves less
-   !! than a thousandth of phi.
+   !! Source: Eqs (16), (17). A step that does not reduce phi is halved. A and S are kept while they reduce phi fast.
    subroutine position(self, model, at, info, threshold, linearized)
       !> The projector.
       class(projector_t), intent(inout) :: self
@@ -181,7 +201,7 @@ contains
       real(wp), intent(in), optional :: threshold
       !> Whether the last `linearize` was for this very x; default: no.
       logical, intent(in), optional :: linearized
-      real(wp) :: before, largest, least, noise, reach, scale
+      real(wp) :: before, largest, least, noise, reach, round_off
       integer :: iteration
       logical :: known, renew
 
@@ -206,14 +226,14 @@ contains
       noise = 0.0_wp
       do iteration = 1, self%max_iterations + 1
          if (self%residual <= self%tolerance) return
-         scale = spacing(largest_entry(at%x))
-         least = max(self%tolerance, 4.0_wp*scale)
+         round_off = last_place(largest_entry(at%x))
+         least = max(self%tolerance, exact*round_off)
          if (self%residual <= least) return
          if (iteration > self%max_iterations) exit
          self%iterations = self%iterations + 1
          if (renew) then
             if (.not. known) then
-               call evaluate_jacobian(model, at, self%a)
+               call self%evaluate(model, at)
                call renew_weight(self, model, at, info)
                if (info /= 0) then
                   call give_up(self, weight_not_positive, info)
@@ -226,20 +246,21 @@ contains
             known = .false.
          end if
          call newton_step(self, renew, noise, reach, largest, info)
-         if (info == rhs_ok .and. renew .and. noise > 0.0_wp .and. reach < 0.5_wp*self%residual) &
+         ! The noise may have taken rows that matter for redundant ones.
+         if (info == rhs_ok .and. renew .and. noise > 0.0_wp .and. reach < most*self%residual) &
             call newton_step(self, renew, 0.0_wp, reach, largest, info)
          if (info /= rhs_ok) return
-         if (reach <= least .or. (reach <= 1.0e-6_wp*self%residual .and. .not. self%accept_inconsistent)) then
+         if (reach <= least .or. (reach <= contradiction*self%residual .and. .not. self%accept_inconsistent)) then
             if (self%accept_inconsistent) return
             call give_up(self, inconsistent, info)
             return
          end if
-         if (largest <= 2.0_wp*scale .and. reach >= 0.5_wp*self%residual) return
+         if (largest <= at_rest*round_off .and. reach >= most*self%residual) return
          reach = self%residual
          before = dot_product(self%phi, self%phi)
          call move(self, model, at, before, info)
          if (info /= rhs_ok) return
-         renew = self%residual > 1.0e-3_wp*reach
+         renew = self%residual > fast*reach
       end do
       call give_up(self, not_converged, info)
    end subroutine position
@@ -262,6 +283,15 @@ contains
       if (2*n < size(values)) odd = max(odd, ibclr(transfer(values(2*n + 1), odd), 63))
       value = transfer(max(odd, even), value)
    end function largest_entry
+
+   !> The value of a positive number's last bit: `spacing`, without its calls.
+   pure function last_place(value) result(ulp)
+      real(wp), intent(in) :: value
+      real(wp) :: ulp
+      integer(int64), parameter :: mantissa = 2_int64**52 - 1_int64
+
+      ulp = epsilon(1.0_wp)*transfer(iand(transfer(value, mantissa), not(mantissa)), value)
+   end function last_place
 
    !> d = -W^-1 A^T S^+ phi with the holonomic rows, its largest entry, and that of A d: what d will change in phi.
    subroutine newton_step(self, renew, noise, reach, largest, info)
@@ -318,14 +348,13 @@ contains
       real(wp) :: largest
 
       self%x_before(:) = at%x
-      do halving = 0, 10
+      do halving = 0, halvings
          call model%displace(self%d, at%x)
          call model%normalize(at%x)
          call model%constraint(at, self%phi)
          largest = largest_entry(self%phi)
          if (ieee_is_finite(largest)) then
-            ! Where constraints are inconsistent, what can be reduced may be less than round-off of what cannot.
-            if (dot_product(self%phi, self%phi) <= before*(1.0_wp + 8.0_wp*epsilon(1.0_wp))) then
+            if (dot_product(self%phi, self%phi) <= before*no_growth) then
                self%residual = largest
                info = rhs_ok
                return
@@ -454,7 +483,7 @@ contains
       !> Relative error of the rows of A for want of a state that meets the constraints.
       real(wp), intent(in) :: noise
 
-      call evaluate_jacobian(model, at, self%a)
+      call self%evaluate(model, at)
       call self%factorize(model, at, info, noise)
    end subroutine linearize
 

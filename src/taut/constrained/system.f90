@@ -27,8 +27,8 @@ module taut_constrained_system
    end type state_t
 
    !> A constrained mechanical system. An extension states its sizes with `define` and supplies `mass` and `force`; with
-   !! constraints also `constraint` (unless all are non-holonomic), `acceleration_rhs`, and `jacobian` or, of a large system, `pattern`
-   !! and `jacobian_entries`. All others have defaults.
+   !! constraints also `constraint` (unless all are non-holonomic), `acceleration_rhs`, and `jacobian` or, of a large system,
+   !! `pattern` and `jacobian_entries`. All others have defaults.
    !!
    !! An entry that is not finite, in any of the answers, means 'not defined here': the integrator tries a smaller step.
    type, abstract :: mechanical_system_t
