@@ -6,6 +6,7 @@ module test_helicopter
    use taut_case_helicopter, only: read_helicopter
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: settings_t
+   use taut_constrained_method_choose, only: new_constrained_ode
    use taut_model_helicopter, only: helicopter_data_t, helicopter_t, new_helicopter
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    use blades, only: fly, paper, sampler_t, strict, tilting
@@ -207,7 +208,7 @@ contains
       character(len=24), parameter :: names(4) = [character(len=24) :: 'present', 'baseline', 'baumgarte', 'unconstrained']
       type(helicopter_data_t) :: data
       type(helicopter_t) :: model
-      type(constrained_ode_t) :: ode
+      class(constrained_ode_t), allocatable :: ode
       type(method_t) :: method
       type(sample_t) :: s
       type(error_t), allocatable :: error
@@ -219,8 +220,7 @@ contains
       y = [0.08_wp, -0.01_wp, 0.4_wp, -0.1_wp]
       do i = 1, size(names)
          method%name = names(i)
-         ode = constrained_ode_t()
-         call ode%init(model, method, error)
+         call new_constrained_ode(ode, model, method, error)
          call no_error(failure, error)
          call ode%rhs(0.3_wp, y, dydt, info)
          call ode%sample(0.3_wp, y, s, info)

@@ -7,26 +7,28 @@
 !! - its correction at the end of a step, `project`, with what that will take off a local error, `filter_error`. By default
 !!   coordinates are normalized and nothing else;
 !! - the layout of its state, `size`, `pack` and `unpack`, with `accelerations` to read a derivative. By default y = {x; v; w};
+!! - what happens when a step is accepted, `accepted`: it may go on in other coordinates. By default nothing;
 !! - what it remembers from one step to the next, `serialize`;
-!! - the multipliers of its last evaluation, `multipliers`, and what it replaced at the end of the last step, `replaced`.
+!! - the multipliers of its last evaluation, `multipliers`;
+!! - which steppers can carry it: explicit ones, if it has a right-hand side; implicit ones, if it answers `linearize`,
+!!   `factorize` and `solve`. What it does not offer it answers with `rhs_cannot`.
 !!
 !! Everything else that is known of a state, `sample` finds for all methods alike.
 !!
 !! Methods that are not here were laid out on this type before it was written:
 !!
-!! - Minimal coordinates, Eq. (3): y = {x; nu; w} with v = A^+ b' + N nu, N a basis of the null space of A that stays between two
-!!   accepted steps. `unpack` projects x and gives v; `rhs` solves N^T M N nudot = N^T (f - M (A^+ b'' ...)) and keeps vdot for
-!!   `accelerations`. nu has room for n entries, so that a change of the rank changes no size. Where pivots ask for another N,
-!!   it is chosen when a step is accepted: nu := N^T v replaces a part of y, the derivative is evaluated again, and N is
-!!   remembered by `serialize`.
+!! - Minimal coordinates, Eq. (3): y = {x; nu; w} with v = A^+ b' + N nu, N a basis of the null space of A that stays between
+!!   two accepted steps. `unpack` projects x and gives v; `rhs` solves N^T M N nudot = N^T (f - M (A^+ b'' + ...)) and keeps vdot
+!!   for `accelerations`. nu has room for n entries, so that a change of the rank changes no size. Where the pivots ask for
+!!   another N, `accepted` chooses it, replaces nu by N^T v and says so; `serialize` remembers it.
 !! - Dummy derivatives (Mattsson and Soderlind): y = {x; v; w}, of which only the independent entries are integrated;
 !!   `unpack` solves phi = 0 and A v = b' for the others from where they are, `filter_error` takes them off the error. Which are
-!!   independent is decided by the pivots of A when a step is accepted; y stays as it is.
-!! - Gear, Gupta, Leimkuhler: with an explicit stepper `present` is its half-explicit form. With a stepper that solves for
-!!   algebraic unknowns y = {x; v; w; mu; lambda}: `size`, `pack` and `unpack` have the multipliers, `multipliers` reads them, and
-!!   what such a stepper asks of a system is overridden.
+!!   independent the pivots of A decide in `accepted`; y stays as it is.
+!! - Gear, Gupta, Leimkuhler: with an explicit stepper `present` is its half-explicit form. With an implicit one
+!!   y = {x; v; w; mu; lambda}: `size`, `pack` and `unpack` have the multipliers, `multipliers` reads them, `factorize` and `solve`
+!!   are those of the saddle point with zeros in the place of the multipliers' rates, and `rhs` is left to `rhs_cannot`.
 !! - Augmented Lagrangian (Bayo): `rhs` iterates M vdot + A^T lambda = f from the multipliers of the last accepted step, which
-!!   `serialize` remembers.
+!!   `accepted` keeps and `serialize` remembers.
 !!
 !! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
 !! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
