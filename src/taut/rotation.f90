@@ -20,8 +20,10 @@ contains
 
    !> a x b.
    pure function cross(a, b) result(c)
-      !> Vectors.
-      real(wp), intent(in) :: a(3), b(3)
+      !> The first vector.
+      real(wp), intent(in) :: a(3)
+      !> The second vector.
+      real(wp), intent(in) :: b(3)
       !> Their product.
       real(wp) :: c(3)
 
@@ -130,8 +132,10 @@ contains
 
    !> p q: first q, then p.
    pure function quaternion_product(p, q) result(r)
-      !> Quaternions.
-      real(wp), intent(in) :: p(4), q(4)
+      !> The first quaternion.
+      real(wp), intent(in) :: p(4)
+      !> The second quaternion.
+      real(wp), intent(in) :: q(4)
       !> Their product.
       real(wp) :: r(4)
 
@@ -165,8 +169,10 @@ contains
 
    !> W of a rate of q: the vector part of 2 q* qdot.
    pure function quaternion_body_rate(q, rate) result(w)
-      !> Unit quaternion and its rate [1/s].
-      real(wp), intent(in) :: q(4), rate(4)
+      !> Unit quaternion.
+      real(wp), intent(in) :: q(4)
+      !> Its rate [1/s].
+      real(wp), intent(in) :: rate(4)
       !> Angular velocity in body axes [rad/s].
       real(wp) :: w(3)
       real(wp) :: p(4)
@@ -272,8 +278,10 @@ contains
 
    !> The orientation whose first axis is along one direction, with the second axis nearest to another.
    pure function quaternion_of_axes(axis_1, near_axis_2) result(q)
-      !> Directions of any length; not parallel.
-      real(wp), intent(in) :: axis_1(3), near_axis_2(3)
+      !> Direction of axis 1, of any length.
+      real(wp), intent(in) :: axis_1(3)
+      !> Direction near axis 2, of any length; not parallel to it.
+      real(wp), intent(in) :: near_axis_2(3)
       !> Unit quaternion.
       real(wp) :: q(4)
       real(wp) :: r(3, 3)

@@ -32,14 +32,18 @@ contains
 
    !> Nodes at equal distances on a straight line.
    subroutine straight_nodes(start, finish, elements, near_axis_2, positions, orientations)
-      !> Ends [m].
-      real(wp), intent(in) :: start(3), finish(3)
+      !> One end [m].
+      real(wp), intent(in) :: start(3)
+      !> The other end [m].
+      real(wp), intent(in) :: finish(3)
       !> Number of elements.
       integer, intent(in) :: elements
       !> Direction of local axis 2, made normal to the line; not along it.
       real(wp), intent(in) :: near_axis_2(3)
-      !> Positions [m] and unit quaternions: (3, elements + 1), (4, elements + 1).
-      real(wp), allocatable, intent(out) :: positions(:, :), orientations(:, :)
+      !> Positions of the nodes [m]: (3, nodes).
+      real(wp), allocatable, intent(out) :: positions(:, :)
+      !> Orientations of the nodes, unit quaternions: (4, nodes).
+      real(wp), allocatable, intent(out) :: orientations(:, :)
       real(wp) :: part
       integer :: i
 
@@ -58,9 +62,10 @@ contains
    subroutine new_beam(self, positions, orientations, section, error, damping, correct_shear)
       !> The beam.
       class(beam_t), intent(out) :: self
-      !> Reference positions [m] and orientations (unit quaternions, local axis 1 along the beam) of the nodes:
-      !! (3, nodes), (4, nodes).
-      real(wp), intent(in) :: positions(:, :), orientations(:, :)
+      !> Reference positions of the nodes [m]: (3, nodes).
+      real(wp), intent(in) :: positions(:, :)
+      !> Their orientations, unit quaternions, local axis 1 along the beam: (4, nodes).
+      real(wp), intent(in) :: orientations(:, :)
       !> The section.
       type(beam_section_t), intent(in) :: section
       !> Nodes or a section that make no sense.
@@ -115,7 +120,7 @@ contains
    subroutine force(self, at, value)
       !> The beam.
       class(beam_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> f: (6 nodes), forces in global axes [N], moments in body axes [N m].
       real(wp), intent(out) :: value(:)
@@ -128,7 +133,7 @@ contains
    subroutine internal_forces(self, at, f)
       !> The beam.
       class(beam_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> Force [N] and moment [N m] on each node: (6, nodes).
       real(wp), intent(out) :: f(6, self%nodes)
@@ -185,7 +190,7 @@ contains
    function total_energy(self, at) result(energy)
       !> The beam.
       class(beam_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy [J].
       real(wp) :: energy

@@ -39,8 +39,12 @@ contains
       type(chain_t), intent(out) :: self
       !> Number of rods.
       integer, intent(in) :: rods
-      !> Mass at the end of each rod [kg], length of a rod [m], gravity [m/s^2].
-      real(wp), intent(in) :: m, l, g
+      !> Mass at the end of each rod [kg].
+      real(wp), intent(in) :: m
+      !> Length of a rod [m].
+      real(wp), intent(in) :: l
+      !> Gravity [m/s^2].
+      real(wp), intent(in) :: g
       !> A value that makes no sense.
       type(error_t), allocatable, intent(inout) :: error
       character(*), parameter :: here = 'chain'
@@ -75,7 +79,7 @@ contains
    subroutine mass(self, at, m)
       !> The chain.
       class(chain_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The mass matrix.
       type(block_diagonal_t), intent(inout) :: m
@@ -93,7 +97,7 @@ contains
    subroutine force(self, at, value)
       !> The chain.
       class(chain_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> The force: (2 rods).
       real(wp), intent(out) :: value(:)
@@ -111,7 +115,7 @@ contains
    subroutine constraint(self, at, value)
       !> The chain.
       class(chain_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> phi: (rods).
       real(wp), intent(out) :: value(:)
@@ -141,7 +145,7 @@ contains
    subroutine jacobian_entries(self, at, values)
       !> The chain.
       class(chain_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The entries: (4 rods - 2).
       real(wp), intent(out) :: values(:)
@@ -175,7 +179,7 @@ contains
    subroutine acceleration_rhs(self, at, value)
       !> The chain.
       class(chain_t), intent(in) :: self
-      !> Where.
+      !> The state; its x, v and t are used.
       type(state_t), intent(in) :: at
       !> b'': (rods).
       real(wp), intent(out) :: value(:)
@@ -206,7 +210,7 @@ contains
    function energy(self, at)
       !> The chain.
       class(chain_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy.
       real(wp) :: energy

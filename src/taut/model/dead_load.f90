@@ -30,12 +30,16 @@ contains
       class(dead_load_t), intent(inout) :: self
       !> Index of the node.
       integer, intent(in) :: node
-      !> In global axes [N], [N m].
-      real(wp), intent(in) :: force(3), moment(3)
+      !> Force in global axes [N].
+      real(wp), intent(in) :: force(3)
+      !> Moment in global axes [N m].
+      real(wp), intent(in) :: moment(3)
       !> A value that makes no sense.
       type(error_t), allocatable, intent(inout) :: error
-      !> Times [s], increasing, and what the load is multiplied with: linear between them, constant outside. Default: 1.
-      real(wp), intent(in), optional :: times(:), factors(:)
+      !> Times [s], increasing. Default: none.
+      real(wp), intent(in), optional :: times(:)
+      !> What the load is multiplied with at these times: linear between them, constant outside. Default: 1.
+      real(wp), intent(in), optional :: factors(:)
       integer :: n
 
       self%node = node

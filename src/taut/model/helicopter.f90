@@ -130,7 +130,7 @@ contains
    subroutine mass(self, at, m)
       !> The blade.
       class(helicopter_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The mass matrix.
       type(block_diagonal_t), intent(inout) :: m
@@ -146,7 +146,7 @@ contains
    subroutine force(self, at, value)
       !> The blade.
       class(helicopter_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> The moments about flap and pitch: (2).
       real(wp), intent(out) :: value(:)
@@ -214,7 +214,7 @@ contains
    subroutine constraint(self, at, value)
       !> The blade.
       class(helicopter_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> phi: (1).
       real(wp), intent(out) :: value(:)
@@ -229,7 +229,7 @@ contains
    subroutine jacobian(self, at, a)
       !> The blade.
       class(helicopter_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The constraint matrix: (1, 2).
       real(wp), intent(out) :: a(:, :)
@@ -246,7 +246,7 @@ contains
    subroutine velocity_rhs(self, at, value)
       !> The blade.
       class(helicopter_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> b': (1).
       real(wp), intent(out) :: value(:)
@@ -262,7 +262,7 @@ contains
    subroutine acceleration_rhs(self, at, value)
       !> The blade.
       class(helicopter_t), intent(in) :: self
-      !> Where.
+      !> The state; its x, v and t are used.
       type(state_t), intent(in) :: at
       !> b'': (1).
       real(wp), intent(out) :: value(:)
@@ -302,7 +302,7 @@ contains
    function energy(self, at)
       !> The blade.
       class(helicopter_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy.
       real(wp) :: energy
@@ -358,7 +358,7 @@ contains
    subroutine outputs(self, at, lambda, values)
       !> The blade.
       class(helicopter_t), intent(in) :: self
-      !> Where.
+      !> The state that the row of the table is about.
       type(state_t), intent(in) :: at
       !> The multiplier: (1).
       real(wp), intent(in) :: lambda(:)

@@ -76,8 +76,10 @@ contains
       real(wp), intent(in) :: node_mass(:)
       !> Inertia in the frame's axes: (3, 3, nodes) [kg m^2].
       real(wp), intent(in) :: inertia(:, :, :)
-      !> Displacements and rotations of the shapes: (3, modes, nodes).
-      real(wp), intent(in) :: shape(:, :, :), rotation(:, :, :)
+      !> Displacements of the shapes: (3, modes, nodes).
+      real(wp), intent(in) :: shape(:, :, :)
+      !> Rotations of the shapes: (3, modes, nodes).
+      real(wp), intent(in) :: rotation(:, :, :)
       !> Modal stiffness: (modes, modes).
       real(wp), intent(in) :: stiffness(:, :)
       !> Sizes that do not fit.
@@ -178,7 +180,7 @@ contains
    pure function node_position(self, at, i) result(r)
       !> The body.
       class(modal_body_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The node.
       integer, intent(in) :: i
@@ -215,7 +217,7 @@ contains
    subroutine mass(self, at, m)
       !> The body.
       class(modal_body_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The mass matrix, one dense block.
       type(block_diagonal_t), intent(inout) :: m
@@ -284,7 +286,7 @@ contains
    subroutine force(self, at, value)
       !> The body.
       class(modal_body_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> f: (n).
       real(wp), intent(out) :: value(:)
@@ -339,7 +341,7 @@ contains
    subroutine constraint(self, at, value)
       !> The body.
       class(modal_body_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> phi: (links).
       real(wp), intent(out) :: value(:)
@@ -354,7 +356,7 @@ contains
    subroutine jacobian(self, at, a)
       !> The body.
       class(modal_body_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The constraint matrix: (links, n).
       real(wp), intent(out) :: a(:, :)
@@ -381,7 +383,7 @@ contains
    subroutine acceleration_rhs(self, at, value)
       !> The body.
       class(modal_body_t), intent(in) :: self
-      !> Where.
+      !> The state; its x, v and t are used.
       type(state_t), intent(in) :: at
       !> b'': (links).
       real(wp), intent(out) :: value(:)
@@ -404,7 +406,7 @@ contains
    function energy(self, at)
       !> The body.
       class(modal_body_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy.
       real(wp) :: energy

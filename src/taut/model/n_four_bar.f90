@@ -44,8 +44,12 @@ contains
       type(n_four_bar_t), intent(out) :: self
       !> Number of windows.
       integer, intent(in) :: windows
-      !> Mass of a rod [kg], its length [m], gravity [m/s^2].
-      real(wp), intent(in) :: m, l, g
+      !> Mass of a rod [kg].
+      real(wp), intent(in) :: m
+      !> Length of a rod [m].
+      real(wp), intent(in) :: l
+      !> Gravity [m/s^2].
+      real(wp), intent(in) :: g
       !> A value that makes no sense.
       type(error_t), allocatable, intent(inout) :: error
       character(*), parameter :: here = 'n_four_bar'
@@ -63,8 +67,10 @@ contains
    pure subroutine start(self, angle, speed, at)
       !> The mechanism.
       class(n_four_bar_t), intent(in) :: self
-      !> Of the cranks from the upward vertical towards x [rad], and the speed of their tips [m/s].
-      real(wp), intent(in) :: angle, speed
+      !> Of the cranks from the upward vertical towards x [rad].
+      real(wp), intent(in) :: angle
+      !> Speed of their tips [m/s].
+      real(wp), intent(in) :: speed
       !> The state, at t = 0.
       type(state_t), intent(out) :: at
       integer :: p
@@ -82,7 +88,7 @@ contains
    subroutine mass(self, at, m)
       !> The mechanism.
       class(n_four_bar_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The mass matrix.
       type(block_diagonal_t), intent(inout) :: m
@@ -101,7 +107,7 @@ contains
    subroutine force(self, at, value)
       !> The mechanism.
       class(n_four_bar_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> The force: (n).
       real(wp), intent(out) :: value(:)
@@ -119,7 +125,7 @@ contains
    subroutine constraint(self, at, value)
       !> The mechanism.
       class(n_four_bar_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> phi: (4N + 1).
       real(wp), intent(out) :: value(:)
@@ -167,7 +173,7 @@ contains
    subroutine jacobian_entries(self, at, values)
       !> The mechanism.
       class(n_four_bar_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The entries: (12N + 2).
       real(wp), intent(out) :: values(:)
@@ -203,7 +209,7 @@ contains
    subroutine acceleration_rhs(self, at, value)
       !> The mechanism.
       class(n_four_bar_t), intent(in) :: self
-      !> Where.
+      !> The state; its x, v and t are used.
       type(state_t), intent(in) :: at
       !> b'': (4N + 1).
       real(wp), intent(out) :: value(:)
@@ -235,7 +241,7 @@ contains
    function energy(self, at)
       !> The mechanism.
       class(n_four_bar_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy.
       real(wp) :: energy

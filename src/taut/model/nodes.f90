@@ -62,8 +62,10 @@ contains
    subroutine set_nodes(self, positions, orientations, error)
       !> The system.
       class(nodal_system_t), intent(inout) :: self
-      !> Reference positions [m] and orientations (unit quaternions): (3, nodes), (4, nodes).
-      real(wp), intent(in) :: positions(:, :), orientations(:, :)
+      !> Reference positions of the nodes [m]: (3, nodes).
+      real(wp), intent(in) :: positions(:, :)
+      !> Their orientations, unit quaternions: (4, nodes).
+      real(wp), intent(in) :: orientations(:, :)
       !> Numbers that make no sense.
       type(error_t), allocatable, intent(inout) :: error
       integer :: i, n
@@ -123,9 +125,11 @@ contains
 
    !> A rigid mass on a node, its center at the node.
    subroutine add_mass(self, node, m, error, inertia)
-      !> The system, the index of the node, and the mass [kg].
+      !> The system.
       class(nodal_system_t), intent(inout) :: self
+      !> Index of the node.
       integer, intent(in) :: node
+      !> Mass [kg].
       real(wp), intent(in) :: m
       !> A value that makes no sense.
       type(error_t), allocatable, intent(inout) :: error
@@ -143,14 +147,20 @@ contains
 
    !> A force and a moment on a node that keep their directions.
    subroutine add_load(self, node, force, moment, error, times, factors)
-      !> The system; index of the node; force and moment in global axes [N], [N m].
+      !> The system.
       class(nodal_system_t), intent(inout) :: self
+      !> Index of the node.
       integer, intent(in) :: node
-      real(wp), intent(in) :: force(3), moment(3)
+      !> Force in global axes [N].
+      real(wp), intent(in) :: force(3)
+      !> Moment in global axes [N m].
+      real(wp), intent(in) :: moment(3)
       !> A value that makes no sense.
       type(error_t), allocatable, intent(inout) :: error
-      !> Times [s], increasing, and what the load is multiplied with: linear between them, constant outside. Default: 1.
-      real(wp), intent(in), optional :: times(:), factors(:)
+      !> Times [s], increasing. Default: none.
+      real(wp), intent(in), optional :: times(:)
+      !> What the load is multiplied with at these times: linear between them, constant outside. Default: 1.
+      real(wp), intent(in), optional :: factors(:)
       type(dead_load_t) :: load
 
       call check_node(self, node, error)
@@ -183,9 +193,11 @@ contains
 
    !> A node's position keeps its component along a direction.
    subroutine fix_position(self, node, direction, error)
-      !> The system; index of the node; direction in global axes, of any length.
+      !> The system.
       class(nodal_system_t), intent(inout) :: self
+      !> Index of the node.
       integer, intent(in) :: node
+      !> Direction in global axes, of any length.
       real(wp), intent(in) :: direction(3)
       !> A node or a direction that makes no sense.
       type(error_t), allocatable, intent(inout) :: error
@@ -195,9 +207,11 @@ contains
 
    !> A node does not turn about an axis.
    subroutine fix_rotation(self, node, axis, error)
-      !> The system; index of the node; axis in the node's own axes, of any length.
+      !> The system.
       class(nodal_system_t), intent(inout) :: self
+      !> Index of the node.
       integer, intent(in) :: node
+      !> Axis in the node's own axes, of any length.
       real(wp), intent(in) :: axis(3)
       !> A node or an axis that makes no sense.
       type(error_t), allocatable, intent(inout) :: error
@@ -207,8 +221,9 @@ contains
 
    !> A node stays where it is: three rows.
    subroutine pin(self, node, error)
-      !> The system, and the index of the node.
+      !> The system.
       class(nodal_system_t), intent(inout) :: self
+      !> Index of the node.
       integer, intent(in) :: node
       !> A node that does not exist.
       type(error_t), allocatable, intent(inout) :: error
@@ -221,8 +236,9 @@ contains
 
    !> A node neither moves nor turns: six rows.
    subroutine clamp(self, node, error)
-      !> The system, and the index of the node.
+      !> The system.
       class(nodal_system_t), intent(inout) :: self
+      !> Index of the node.
       integer, intent(in) :: node
       !> A node that does not exist.
       type(error_t), allocatable, intent(inout) :: error
@@ -236,10 +252,14 @@ contains
 
    !> A rigid massless link, pinned to the ground and to a node: |x - ground| = length. Its multiplier is its tension [N].
    subroutine link(self, node, ground, length, error)
-      !> The system; index of the node; the link's fixed end [m] and its length [m].
+      !> The system.
       class(nodal_system_t), intent(inout) :: self
+      !> Index of the node.
       integer, intent(in) :: node
-      real(wp), intent(in) :: ground(3), length
+      !> The link's fixed end [m].
+      real(wp), intent(in) :: ground(3)
+      !> Its length [m].
+      real(wp), intent(in) :: length
       !> A node that does not exist, a length that is not positive.
       type(error_t), allocatable, intent(inout) :: error
 
@@ -249,8 +269,9 @@ contains
    !> Forces and moments from outside, in global axes; the default adds the loads of `add_load`. To be overridden, and called
    !! from the override, for loads of another kind.
    subroutine external_loads(self, at, loads)
-      !> The system and its state.
+      !> The system.
       class(nodal_system_t), intent(in) :: self
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> Force and moment on each node, to be added to: (6, nodes) [N], [N m].
       real(wp), intent(inout) :: loads(6, self%nodes)
@@ -264,8 +285,9 @@ contains
    !> Completes f, given the internal forces and moments in global axes: adds gravity and external loads, takes the moments
    !! to body axes, and subtracts W x (J W).
    subroutine loads_and_inertia(self, at, f)
-      !> The system and its state.
+      !> The system.
       class(nodal_system_t), intent(in) :: self
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> f: (6, nodes); on entry with moments in global axes, on exit in body axes.
       real(wp), intent(inout) :: f(6, self%nodes)
@@ -289,8 +311,9 @@ contains
 
    !> The reference configuration at rest, t = 0.
    function reference_state(self) result(at)
-      !> The system and the state.
+      !> The system.
       class(nodal_system_t), intent(in) :: self
+      !> The state.
       type(state_t) :: at
 
       allocate (at%x, source=self%x_reference)
@@ -300,8 +323,9 @@ contains
 
    !> M: m in the three linear velocities, the moments of inertia in the angular ones.
    subroutine mass(self, at, m)
-      !> The system and its state.
+      !> The system.
       class(nodal_system_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The mass matrix.
       type(block_diagonal_t), intent(inout) :: m
@@ -324,8 +348,9 @@ contains
 
    !> phi, row by row.
    subroutine constraint(self, at, value)
-      !> The system and its state.
+      !> The system.
       class(nodal_system_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> phi: (c) [m] or [-].
       real(wp), intent(out) :: value(:)
@@ -341,8 +366,10 @@ contains
    pure subroutine pattern(self, first, column)
       !> The system.
       class(nodal_system_t), intent(in) :: self
-      !> First entry of each row: (c + 1); column of each entry.
-      integer, allocatable, intent(out) :: first(:), column(:)
+      !> First entry of each row, and one past the last: (c + 1).
+      integer, allocatable, intent(out) :: first(:)
+      !> Column of each entry, ascending within a row.
+      integer, allocatable, intent(out) :: column(:)
       integer :: i, j
 
       allocate (first(size(self%constraints) + 1), column(3*size(self%constraints)))
@@ -357,8 +384,9 @@ contains
 
    !> A, row by row.
    subroutine jacobian_entries(self, at, values)
-      !> The system and its state.
+      !> The system.
       class(nodal_system_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> Entries of the pattern: (3 c).
       real(wp), intent(out) :: values(:)
@@ -378,8 +406,9 @@ contains
 
    !> b'', row by row.
    subroutine acceleration_rhs(self, at, value)
-      !> The system and its state.
+      !> The system.
       class(nodal_system_t), intent(in) :: self
+      !> The state; its x, v and t are used.
       type(state_t), intent(in) :: at
       !> b'': (c) [m/s^2] or [1/s^2].
       real(wp), intent(out) :: value(:)
@@ -393,8 +422,9 @@ contains
 
    !> Kinetic energy and that of gravity, zero at the origin; loads from outside have no part in it.
    function energy_without_strain(self, at) result(energy)
-      !> The system and its state.
+      !> The system.
       class(nodal_system_t), intent(in) :: self
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy [J].
       real(wp) :: energy
@@ -411,8 +441,9 @@ contains
 
    !> The times at which a load has a kink.
    function breakpoints(self) result(times)
-      !> The system; times in any order [s].
+      !> The system.
       class(nodal_system_t), intent(in) :: self
+      !> Times in any order [s].
       real(wp), allocatable :: times(:)
       integer :: i
 

@@ -30,8 +30,12 @@ contains
    subroutine new_pendulum(self, m, l, g, copies, error)
       !> The pendulum.
       type(pendulum_t), intent(out) :: self
-      !> Mass [kg], length [m], gravity [m/s^2].
-      real(wp), intent(in) :: m, l, g
+      !> Mass [kg].
+      real(wp), intent(in) :: m
+      !> Length [m].
+      real(wp), intent(in) :: l
+      !> Gravity [m/s^2].
+      real(wp), intent(in) :: g
       !> How often the constraint is stated; more than once makes it redundant.
       integer, intent(in) :: copies
       !> A value that makes no sense.
@@ -50,7 +54,7 @@ contains
    subroutine mass(self, at, m)
       !> The pendulum.
       class(pendulum_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The mass matrix.
       type(block_diagonal_t), intent(inout) :: m
@@ -64,7 +68,7 @@ contains
    subroutine force(self, at, value)
       !> The pendulum.
       class(pendulum_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> The force: (2).
       real(wp), intent(out) :: value(:)
@@ -79,7 +83,7 @@ contains
    subroutine constraint(self, at, value)
       !> The pendulum.
       class(pendulum_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> phi: (copies).
       real(wp), intent(out) :: value(:)
@@ -91,7 +95,7 @@ contains
    subroutine jacobian(self, at, a)
       !> The pendulum.
       class(pendulum_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The constraint matrix: (copies, 2).
       real(wp), intent(out) :: a(:, :)
@@ -113,7 +117,7 @@ contains
    subroutine acceleration_rhs(self, at, value)
       !> The pendulum.
       class(pendulum_t), intent(in) :: self
-      !> Where.
+      !> The state; its x, v and t are used.
       type(state_t), intent(in) :: at
       !> b'': (copies).
       real(wp), intent(out) :: value(:)
@@ -136,7 +140,7 @@ contains
    function energy(self, at)
       !> The pendulum.
       class(pendulum_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy.
       real(wp) :: energy

@@ -26,8 +26,12 @@ contains
       class(plane_rods_t), intent(inout) :: self
       !> Its name in messages.
       character(*), intent(in) :: here
-      !> Mass [kg], length of a rod [m], gravity [m/s^2].
-      real(wp), intent(in) :: m, l, g
+      !> Mass of a rod or of a point [kg].
+      real(wp), intent(in) :: m
+      !> Length of a rod [m].
+      real(wp), intent(in) :: l
+      !> Gravity [m/s^2].
+      real(wp), intent(in) :: g
       !> A value that makes no sense.
       type(error_t), allocatable, intent(inout) :: error
 

@@ -11,8 +11,10 @@ contains
 
    !> R u.
    pure function turned(r, u) result(v)
-      !> Rotation and vector.
-      real(wp), intent(in) :: r(3, 3), u(3)
+      !> Rotation.
+      real(wp), intent(in) :: r(3, 3)
+      !> Vector.
+      real(wp), intent(in) :: u(3)
       !> In global axes.
       real(wp) :: v(3)
 
@@ -23,8 +25,10 @@ contains
 
    !> R^T u.
    pure function turned_back(r, u) result(v)
-      !> Rotation and vector.
-      real(wp), intent(in) :: r(3, 3), u(3)
+      !> Rotation.
+      real(wp), intent(in) :: r(3, 3)
+      !> Vector.
+      real(wp), intent(in) :: u(3)
       !> In body axes.
       real(wp) :: v(3)
 
@@ -35,8 +39,10 @@ contains
 
    !> xdot = {v; q {0, W}/2}.
    pure subroutine pose_rate(x, u, rate)
-      !> Coordinates and velocities.
-      real(wp), intent(in) :: x(7), u(6)
+      !> Coordinates: position and unit quaternion.
+      real(wp), intent(in) :: x(7)
+      !> Velocities: linear in global axes, angular in body axes.
+      real(wp), intent(in) :: u(6)
       !> Rate of the coordinates.
       real(wp), intent(out) :: rate(7)
 
@@ -46,8 +52,10 @@ contains
 
    !> The velocities that belong to a rate of the coordinates.
    pure subroutine pose_velocity(x, rate, u)
-      !> Coordinates and their rate.
-      real(wp), intent(in) :: x(7), rate(7)
+      !> Coordinates: position and unit quaternion.
+      real(wp), intent(in) :: x(7)
+      !> Their rate.
+      real(wp), intent(in) :: rate(7)
       !> Velocities.
       real(wp), intent(out) :: u(6)
 

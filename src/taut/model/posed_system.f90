@@ -58,7 +58,7 @@ contains
    subroutine x_rate(self, at, u, value)
       !> The system.
       class(posed_system_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> Velocities: (n).
       real(wp), intent(in) :: u(:)
@@ -78,7 +78,7 @@ contains
    subroutine v_of_x_rate(self, at, rate, u)
       !> The system.
       class(posed_system_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> Rate of the coordinates: (n_x).
       real(wp), intent(in) :: rate(:)
@@ -163,7 +163,7 @@ contains
    pure function pose_position(self, at, i) result(r)
       !> The system.
       class(posed_system_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> Index of the pose.
       integer, intent(in) :: i
@@ -197,8 +197,10 @@ contains
       character(*), intent(in) :: name
       !> The fixed point [m].
       real(wp), intent(in) :: fixed(3)
-      !> Index of the point, and of the other point.
-      integer, intent(in) :: node, other
+      !> Index of the point.
+      integer, intent(in) :: node
+      !> Index of the other point.
+      integer, intent(in) :: other
 
       if (.not. allocated(self%alignments)) allocate (self%alignments(0))
       self%alignments = [self%alignments, alignment_t(name, fixed, node, other)]
@@ -221,7 +223,7 @@ contains
    subroutine outputs(self, at, lambda, values)
       !> The system.
       class(posed_system_t), intent(in) :: self
-      !> Where.
+      !> The state that the row of the table is about.
       type(state_t), intent(in) :: at
       !> Multipliers: (c).
       real(wp), intent(in) :: lambda(:)
@@ -252,7 +254,7 @@ contains
    subroutine event_values(self, at, values)
       !> The system.
       class(posed_system_t), intent(in) :: self
-      !> Where.
+      !> The state at which they are evaluated.
       type(state_t), intent(in) :: at
       !> Zero where they are in line: (alignments) [m^2].
       real(wp), intent(out) :: values(:)

@@ -127,7 +127,7 @@ contains
    subroutine mass(self, at, m)
       !> The bodies.
       class(rigid_bodies_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The mass matrix.
       type(block_diagonal_t), intent(inout) :: m
@@ -160,7 +160,7 @@ contains
    subroutine force(self, at, value)
       !> The bodies.
       class(rigid_bodies_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> f: (n).
       real(wp), intent(out) :: value(:)
@@ -213,7 +213,7 @@ contains
    subroutine constraint(self, at, value)
       !> The bodies.
       class(rigid_bodies_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> phi: (3 joints).
       real(wp), intent(out) :: value(:)
@@ -231,7 +231,7 @@ contains
    subroutine jacobian(self, at, a)
       !> The bodies.
       class(rigid_bodies_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The constraint matrix: (3 joints, n).
       real(wp), intent(out) :: a(:, :)
@@ -272,7 +272,7 @@ contains
    subroutine acceleration_rhs(self, at, value)
       !> The bodies.
       class(rigid_bodies_t), intent(in) :: self
-      !> Where.
+      !> The state; its x, v and t are used.
       type(state_t), intent(in) :: at
       !> b'': (3 joints).
       real(wp), intent(out) :: value(:)
@@ -290,7 +290,7 @@ contains
    function energy(self, at)
       !> The bodies.
       class(rigid_bodies_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy.
       real(wp) :: energy

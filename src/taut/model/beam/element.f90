@@ -32,8 +32,14 @@ contains
 
    !> An element with its reference configuration.
    pure function new_element(x_1, q_1, x_2, q_2, stiffness, damping) result(element)
-      !> Reference positions of the nodes [m] and orientations (unit quaternions).
-      real(wp), intent(in) :: x_1(3), q_1(4), x_2(3), q_2(4)
+      !> Position of the first node [m].
+      real(wp), intent(in) :: x_1(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_1(4)
+      !> Position of the second node [m].
+      real(wp), intent(in) :: x_2(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_2(4)
       !> Forces per strain.
       real(wp), intent(in) :: stiffness(6, 6)
       !> Time constant of viscous damping [s].
@@ -109,14 +115,24 @@ contains
    pure subroutine internal_loads(self, x_1, q_1, v_1, x_2, q_2, v_2, f_1, m_1, m_2)
       !> The element.
       type(beam_element_t), intent(in) :: self
-      !> Positions [m] and orientations (quaternions of one length).
-      real(wp), intent(in) :: x_1(3), q_1(4), x_2(3), q_2(4)
-      !> Velocities of the nodes, linear in global and angular in body axes; used by damping only.
-      real(wp), intent(in) :: v_1(6), v_2(6)
+      !> Position of the first node [m].
+      real(wp), intent(in) :: x_1(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_1(4)
+      !> Position of the second node [m].
+      real(wp), intent(in) :: x_2(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_2(4)
+      !> Velocity of the first node, linear in global and angular in body axes; used by damping only.
+      real(wp), intent(in) :: v_1(6)
+      !> The same of the second node.
+      real(wp), intent(in) :: v_2(6)
       !> Force on node 1 [N].
       real(wp), intent(out) :: f_1(3)
-      !> Moments on the nodes [N m].
-      real(wp), intent(out) :: m_1(3), m_2(3)
+      !> Moment on the first node [N m].
+      real(wp), intent(out) :: m_1(3)
+      !> Moment on the second node [N m].
+      real(wp), intent(out) :: m_2(3)
       real(wp) :: arm(3), half(3), load(6), m_i(3), r(3, 3), rate(6), strain(6)
       integer :: i, j
 
@@ -185,8 +201,14 @@ contains
    pure function element_strain(self, x_1, q_1, x_2, q_2) result(strain)
       !> The element.
       type(beam_element_t), intent(in) :: self
-      !> Positions [m] and orientations.
-      real(wp), intent(in) :: x_1(3), q_1(4), x_2(3), q_2(4)
+      !> Position of the first node [m].
+      real(wp), intent(in) :: x_1(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_1(4)
+      !> Position of the second node [m].
+      real(wp), intent(in) :: x_2(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_2(4)
       !> {axial, shear 2, shear 3, torsion, curvature about 2, about 3}: [-] and [1/m].
       real(wp) :: strain(6)
       real(wp) :: r(3, 3)
@@ -199,8 +221,14 @@ contains
    pure function element_energy(self, x_1, q_1, x_2, q_2) result(energy)
       !> The element.
       type(beam_element_t), intent(in) :: self
-      !> Positions [m] and orientations.
-      real(wp), intent(in) :: x_1(3), q_1(4), x_2(3), q_2(4)
+      !> Position of the first node [m].
+      real(wp), intent(in) :: x_1(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_1(4)
+      !> Position of the second node [m].
+      real(wp), intent(in) :: x_2(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_2(4)
       !> The energy.
       real(wp) :: energy
       real(wp) :: strain(6)

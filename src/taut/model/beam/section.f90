@@ -63,10 +63,16 @@ contains
    subroutine rectangular_section(section, young, poisson, density, size_2, size_3, error)
       !> The section.
       type(beam_section_t), intent(out) :: section
-      !> Young's modulus [Pa], Poisson's ratio, density [kg/m^3].
-      real(wp), intent(in) :: young, poisson, density
-      !> Sides along local axes 2 and 3 [m].
-      real(wp), intent(in) :: size_2, size_3
+      !> Young's modulus [Pa].
+      real(wp), intent(in) :: young
+      !> Poisson's ratio.
+      real(wp), intent(in) :: poisson
+      !> Density [kg/m^3].
+      real(wp), intent(in) :: density
+      !> Side along local axis 2 [m].
+      real(wp), intent(in) :: size_2
+      !> Side along local axis 3 [m].
+      real(wp), intent(in) :: size_3
       !> A value that makes no sense.
       type(error_t), allocatable, intent(inout) :: error
       real(wp) :: area, i_2, i_3, shear, stiffness(6, 6)
