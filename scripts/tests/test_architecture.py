@@ -56,6 +56,11 @@ def used(path: Path) -> set[str]:
     return {match[1] for match in uses if match and match[1].startswith("taut")}
 
 
+def is_submodule(path: Path) -> bool:
+    """Returns whether a file holds a submodule: what procedures do that its module declares."""
+    return code(path)[0].startswith("submodule")
+
+
 def name_of(path: Path) -> str:
     """Returns the name that a module must have at its place."""
     return "_".join(path.relative_to(ROOT / "src").with_suffix("").parts)
@@ -137,9 +142,12 @@ def test_no_circles() -> None:
 
 @each(SOURCES)
 def test_name_is_the_path(path: Path) -> None:
-    modules = [line for line in code(path) if re.fullmatch(r"(sub)?module\s+\w+", line)]
-    assert modules == [f"module {name_of(path)}"]
-    assert code(path)[-1] == f"end module {name_of(path)}"
+    modules = [line for line in code(path) if re.match(r"(submodule\s*\(|module\s+\w+$)", line)]
+    kind = "submodule" if is_submodule(path) else "module"
+    # A submodule stands in the folder of its module.
+    of_parent = f"({name_of(path.parent)}) " if kind == "submodule" else " "
+    assert modules == [f"{kind}{of_parent}{name_of(path)}"]
+    assert code(path)[-1] == f"end {kind} {name_of(path)}"
 
 
 @each(SOURCES)
@@ -147,7 +155,8 @@ def test_module_is_strict_and_private(path: Path) -> None:
     lines = code(path)
     head = lines[: lines.index("contains")] if "contains" in lines else lines
     assert "implicit none (type, external)" in head
-    assert "private" in head
+    # Nothing of a submodule can be used elsewhere.
+    assert "private" in head or is_submodule(path)
 
 
 @each(sorted([*(ROOT / "app").glob("*.f90"), *(ROOT / "test").glob("*.f90")]))
