@@ -127,7 +127,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
 
       allocate (self%model, source=model)
-      self%model%enforced = .true.
+      call self%model%enforce(.true.)
       self%options = method
       allocate (self%at%x(model%n_x), self%at%v(model%n), self%at%w(model%n_w), source=0.0_wp)
       allocate (self%lambda(model%c), self%b_second(model%c), self%force(model%n), self%phi(model%n_phi), self%phidot(model%c), &

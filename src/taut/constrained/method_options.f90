@@ -20,7 +20,7 @@ module taut_constrained_method_options
       !! `correction_tolerance`. `coordinate-projection`: Eq. (8), both levels projected after each step (Eich).
       !! `penalty`: no multipliers, f - A^T (stiffness phi + damping (A v - b')).
       !! `unconstrained`: M vdot = f, from the initial state as given; the constraints are evaluated and not enforced, and
-      !! the system is told so (its component `enforced`).
+      !! the system is told so (its procedure `enforce`).
       character(len=32) :: name = 'present'
       !> W of Eqs (11a), (16), (17): `identity`, `mass` (W = M) or `given` (the system's own procedure `weight`).
       character(len=16) :: weight = 'identity'

@@ -10,6 +10,7 @@ module taut_constrained_ritz
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_pseudo_inverse, only: pseudo_inverse_t
    implicit none (type, external)
@@ -17,7 +18,7 @@ module taut_constrained_ritz
    public :: new_ritz, ritz_t
 
    !> The reduced system; its coordinates are the amplitudes q.
-   type, extends(mechanical_system_t) :: ritz_t
+   type, extends(tabulated_system_t) :: ritz_t
       !> The full system.
       class(mechanical_system_t), allocatable :: full
       !> X: (n of the full system, shapes).
@@ -36,6 +37,14 @@ module taut_constrained_ritz
       procedure :: w_rate
       procedure :: energy
       procedure :: breakpoints
+      procedure :: enforce
+      procedure :: output_name
+      procedure :: outputs
+      procedure :: quantities
+      procedure :: describe
+      procedure :: note
+      procedure :: event_name
+      procedure :: event_values
    end type ritz_t
 
 contains
@@ -80,6 +89,11 @@ contains
       allocate (self%x_0, source=x_0)
       call self%define(n=size(shapes, 2), c=full%c, nonholonomic=full%c - full%n_phi, n_w=full%n_w, &
                        constant_mass=full%constant_mass)
+      select type (full)
+      class is (tabulated_system_t)
+         self%n_outputs = full%n_outputs
+         self%n_events = full%n_events
+      end select
       if (full%c == 0) return
       at%x = x_0
       allocate (at%v(full%n), at%w(full%n_w), source=0.0_wp)
@@ -251,5 +265,124 @@ contains
 
       times = self%full%breakpoints()
    end function breakpoints
+
+   !> Tells the full system whether the constraints are enforced.
+   subroutine enforce(self, yes)
+      !> The reduced system.
+      class(ritz_t), intent(inout) :: self
+      !> Whether they are.
+      logical, intent(in) :: yes
+
+      self%enforced = yes
+      call self%full%enforce(yes)
+   end subroutine enforce
+
+   !> Name of a further column of the full system.
+   function output_name(self, i) result(name)
+      !> The reduced system.
+      class(ritz_t), intent(in) :: self
+      !> Index of the output.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = ''
+      select type (full => self%full)
+      class is (tabulated_system_t)
+         name = full%output_name(i)
+      end select
+   end function output_name
+
+   !> Outputs of the full system.
+   subroutine outputs(self, at, lambda, values)
+      !> The reduced system.
+      class(ritz_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> Multipliers: (c).
+      real(wp), intent(in) :: lambda(:)
+      !> The numbers: (n_outputs).
+      real(wp), intent(out) :: values(:)
+
+      values(:) = 0.0_wp
+      select type (full => self%full)
+      class is (tabulated_system_t)
+         call full%outputs(self%full_state(at), lambda, values)
+      end select
+   end subroutine outputs
+
+   !> What the full system knows about itself.
+   function quantities(self) result(list)
+      !> The reduced system.
+      class(ritz_t), intent(in) :: self
+      !> In the order of a table.
+      type(quantity_t), allocatable :: list(:)
+
+      allocate (list(0))
+      select type (full => self%full)
+      class is (tabulated_system_t)
+         list = full%quantities()
+      end select
+   end function quantities
+
+   !> What people are told of the full system before a run.
+   function describe(self) result(text)
+      !> The reduced system.
+      class(ritz_t), intent(in) :: self
+      !> Lines with their ends.
+      character(:), allocatable :: text
+
+      text = ''
+      select type (full => self%full)
+      class is (tabulated_system_t)
+         text = full%describe()
+      end select
+   end function describe
+
+   !> What a reader of results has to know of the full system.
+   function note(self) result(text)
+      !> The reduced system.
+      class(ritz_t), intent(in) :: self
+      !> One line without commas.
+      character(:), allocatable :: text
+
+      text = ''
+      select type (full => self%full)
+      class is (tabulated_system_t)
+         text = full%note()
+      end select
+   end function note
+
+   !> Name of an event of the full system.
+   function event_name(self, i) result(name)
+      !> The reduced system.
+      class(ritz_t), intent(in) :: self
+      !> Index of the event.
+      integer, intent(in) :: i
+      !> Without commas and blanks.
+      character(:), allocatable :: name
+
+      name = ''
+      select type (full => self%full)
+      class is (tabulated_system_t)
+         name = full%event_name(i)
+      end select
+   end function event_name
+
+   !> Events of the full system.
+   subroutine event_values(self, at, values)
+      !> The reduced system.
+      class(ritz_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The functions: (n_events).
+      real(wp), intent(out) :: values(:)
+
+      values(:) = 1.0_wp
+      select type (full => self%full)
+      class is (tabulated_system_t)
+         call full%event_values(self%full_state(at), values)
+      end select
+   end subroutine event_values
 
 end module taut_constrained_ritz

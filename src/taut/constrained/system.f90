@@ -46,8 +46,8 @@ module taut_constrained_system
       integer, allocatable :: mass_blocks(:)
       !> Whether M never changes.
       logical :: constant_mass = .true.
-      !> Whether the method enforces the constraints. A system with something of its own in their place, such as a spring,
-      !! uses that when they are not; set by the method at hand.
+      !> Whether the method enforces the constraints: what `enforce` was told last. A system with something of its own in their
+      !! place, such as a spring, uses that when they are not.
       logical :: enforced = .true.
    contains
       procedure :: define
@@ -75,6 +75,8 @@ module taut_constrained_system
       procedure :: v_of_x_rate => v_is_x_rate
       procedure :: displace => add_displacement
       procedure :: normalize => leave_coordinates
+      !> Told by the method at hand whether it enforces the constraints; a system that is made of others passes it on.
+      procedure :: enforce => remember_enforced
       !> Total energy [J]; by default not known.
       procedure :: energy => no_energy
       !> Times at which a load or a drive has a kink or a jump; by default none.
@@ -224,6 +226,14 @@ module taut_constrained_system
          !> Coordinates: (n_x).
          real(wp), intent(inout) :: x(:)
       end subroutine leave_coordinates
+
+      !> Sets `enforced`.
+      module subroutine remember_enforced(self, yes)
+         !> The system.
+         class(mechanical_system_t), intent(inout) :: self
+         !> Whether the constraints are enforced.
+         logical, intent(in) :: yes
+      end subroutine remember_enforced
 
       !> Total energy; the default, 'unknown', is not a number.
       module function no_energy(self, at) result(energy)

@@ -1,4 +1,4 @@
-!> M vdot = f: the constraints are evaluated and have no part in the motion; the system is told so (`enforced`).
+!> M vdot = f: the constraints are evaluated and have no part in the motion; the system is told so (`enforce`).
 module taut_constrained_method_unconstrained
    use taut_kinds, only: wp
    use taut_constrained_method, only: constrained_ode_t
@@ -24,7 +24,7 @@ contains
       !> Left alone.
       type(error_t), allocatable, intent(inout) :: error
 
-      self%model%enforced = .false.
+      call self%model%enforce(.false.)
       associate (unused_error => error)
       end associate
    end subroutine set_up

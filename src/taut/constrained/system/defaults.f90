@@ -114,6 +114,11 @@ contains
       end associate
    end procedure leave_coordinates
 
+   !> Sets `enforced`.
+   module procedure remember_enforced
+      self%enforced = yes
+   end procedure remember_enforced
+
    !> Total energy; the default, 'unknown', is not a number.
    module procedure no_energy
       energy = ieee_value(energy, ieee_quiet_nan)
