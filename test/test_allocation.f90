@@ -7,7 +7,7 @@ module test_allocation
    use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, method_names, method_t, state_t, wp
    use taut_constrained_method_choose, only: new_constrained_ode
-   use taut_linalg_weighted_projection, only: solver_names
+   use taut_linalg_normal_solver_choose, only: solver_names
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_linalg_block_diagonal, only: block_diagonal_t

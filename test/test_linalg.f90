@@ -4,11 +4,15 @@ module test_linalg
    use testing, only: check, check_below, check_close, new_test, test_t
    use taut_kinds, only: wp
    use taut_error, only: to_text
-   use taut_linalg_pseudo_inverse, only: effective_rank, path_cholesky, path_name, path_none, path_pivots, path_singular_values, &
-                                         pseudo_inverse_t, singular_value_inverse_t
+   use taut_linalg_pseudo_inverse, only: by_either, by_singular_values, path_cholesky, path_name, path_none, path_pivots, &
+                                         path_singular_values, pseudo_inverse_t, singular_value_inverse_t
+   use taut_linalg_rank, only: effective_rank
    implicit none (type, external)
    private
    public :: collect_linalg, orthogonal, random_vector, restart_random, with_spectrum, identity, largest
+
+   !> With pivots, and without.
+   integer, parameter :: ways(0:1) = [by_either, by_singular_values]
 
 contains
 
@@ -137,9 +141,8 @@ contains
 
       call restart_random()
       do always = 0, 1
-         solver%always_singular_values = always == 1
          do n = 1, 12
-            call solver%init(n)
+            call solver%init(n, ways(always))
             do rank = 0, n
                d = 2.0_wp + random_vector(n)
                d(rank + 1:) = 0.0_wp
@@ -201,8 +204,7 @@ contains
 
       call restart_random()
       call auto%init(n)
-      call singular%init(n)
-      singular%always_singular_values = .true.
+      call singular%init(n, by_singular_values)
       do k = 0, 6
          s(:, :) = with_spectrum([(10.0_wp**(-real(k*(i - 1), wp)/(n - 1)), i=1, n)])
          x0(:) = random_vector(n)
@@ -232,11 +234,11 @@ contains
       call solver%compute(reshape([1.0_wp, 100.0_wp*c, 100.0_wp*c, 1.0e4_wp], [2, 2]), info)
       call check(failure, info == 0 .and. solver%path == path_cholesky .and. solver%rank == 2, 'regular matrix')
       call check_close(failure, solver%condition, 1.0_wp/(1.0_wp - c**2), 1.0e-9_wp, 'ratio of pivots')
-      solver%always_singular_values = .true.
+      call solver%init(2, by_singular_values)
       call solver%compute(reshape([1.0_wp, 100.0_wp*c, 100.0_wp*c, 1.0e4_wp], [2, 2]), info)
       call check(failure, info == 0 .and. solver%path == path_singular_values .and. solver%rank == 2, 'by singular values')
       call check_close(failure, solver%condition, (1.0_wp + c)/(1.0_wp - c), 1.0e-9_wp, 'condition by singular values')
-      solver%always_singular_values = .false.
+      call solver%init(2, by_either)
       call solver%compute(reshape([4.0_wp, 4.0_wp, 4.0_wp, 4.0_wp], [2, 2]), info)
       call check(failure, solver%path == path_pivots .and. solver%rank == 1, 'singular matrix')
       call check_close(failure, solver%condition, 1.0_wp, 1.0e-12_wp, 'condition with the zeros left out')
@@ -255,9 +257,8 @@ contains
       real(wp) :: x(2)
       integer :: always, info
 
-      call solver%init(2)
       do always = 0, 1
-         solver%always_singular_values = always == 1
+         call solver%init(2, ways(always))
          solver%rcond = 1.0e-12_wp
          call solver%compute(s, info)
          call check(failure, solver%rank == 2, 'small singular value dropped, '//path_name(solver%path))
@@ -339,9 +340,8 @@ contains
       do j = 1, n
          exact(:, j) = [(min(i, j)*real(n + 1 - max(i, j), wp)/(n + 1), i=1, n)]
       end do
-      call solver%init(n)
       do always = 0, 1
-         solver%always_singular_values = always == 1
+         call solver%init(n, ways(always))
          ! A noise that puts the whole spectrum in doubt: only gaps may cut.
          call solver%compute(s, info, noise=merge(0.1_wp, 0.0_wp, always == 1))
          call check(failure, info == 0 .and. solver%rank == n, 'rank '//to_text(solver%rank)//' of a chain of 50')
@@ -393,13 +393,12 @@ contains
       integer :: always, i, info, j, kind
 
       do always = 0, 1
-         solver%always_singular_values = always == 1
          do kind = 1, 2
             bad = merge(ieee_value(bad, ieee_quiet_nan), ieee_value(bad, ieee_positive_inf), kind == 1)
-            call solver%init(1)
+            call solver%init(1, ways(always))
             call solver%compute(reshape([bad], [1, 1]), info)
             call check(failure, info == 1, 'one entry that is not finite')
-            call solver%init(3)
+            call solver%init(3, ways(always))
             do j = 1, 3
                do i = j, 3
                   s(:, :) = 2.0_wp*identity(3)

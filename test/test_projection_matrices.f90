@@ -2,7 +2,7 @@
 module test_projection_matrices
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    use test_linalg, only: identity, largest, orthogonal, random_vector, restart_random, with_spectrum
-   use test_weighted_projection, only: of_rank
+   use test_normal_solver, only: of_rank
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
    use taut_constrained_method_options, only: method_t

@@ -14,8 +14,9 @@ module test_structure
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_ordering, only: bandwidth, minimum_degree, reverse_cuthill_mckee
    use taut_linalg_sparse_factor, only: sparse_factor_t
-   use taut_linalg_sparse_rows, only: sparse_rows_t
-   use taut_linalg_weighted_projection, only: solver_banded, solver_dgelsd, solver_names, weighted_projection_t
+   use taut_linalg_csr, only: csr_t
+   use taut_linalg_normal_solver, only: normal_solver_t
+   use taut_linalg_normal_solver_choose, only: choose_solver, solver_names
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
    use taut_model_pendulum, only: new_pendulum, pendulum_t
@@ -78,7 +79,7 @@ contains
 
    subroutine products(failure)
       character(:), allocatable, intent(inout) :: failure
-      type(sparse_rows_t) :: rows
+      type(csr_t) :: rows
       integer, allocatable :: first(:), column(:)
       real(wp), allocatable :: a(:, :), v(:), r(:), b(:), lambda(:), d(:)
       integer :: c, g, i, k, part
@@ -220,7 +221,7 @@ contains
       integer, parameter :: groups = 16
       type(block_diagonal_t) :: k
       integer, allocatable :: first(:), column(:), f(:)
-      type(sparse_rows_t) :: rows, full
+      type(csr_t) :: rows, full
       real(wp), allocatable :: a(:, :), values(:)
       integer :: c, copies, g, i, info, l
 
@@ -268,7 +269,7 @@ contains
 
       subroutine one(metric)
          character(*), intent(in) :: metric
-         type(weighted_projection_t) :: onto, reference
+         class(normal_solver_t), allocatable :: onto, reference
          real(wp) :: d(groups*g), x(groups*g), dense(groups*g, groups*g), lambda(size(a, 1)), expected(size(a, 1)), r(size(a, 1))
          integer :: s
          character(:), allocatable :: label
@@ -276,13 +277,13 @@ contains
          dense(:, :) = k%dense()
          call k%factorize(info)
          d = random_vector(groups*g)
-         call reference%init(full, size(a, 1), k%first(2:) - k%first(:size(k%first) - 1), solver_dgelsd, 0.0_wp)
-         call reference%update(full, k, metric == 'K = I', info, 0.0_wp)
+         call choose_solver('dgelsd', full, size(a, 1), k%first(2:) - k%first(:size(k%first) - 1), 0.0_wp, reference)
+         call reference%factorize(full, k, metric == 'K = I', info, 0.0_wp)
          call reference%multipliers(matmul(a, d), expected)
          do s = 1, size(solver_names)
             label = trim(solver_names(s))//', '//metric//', c = '//to_text(size(a, 1))//', groups of '//to_text(g)
-            call onto%init(rows, size(a, 1), k%first(2:) - k%first(:size(k%first) - 1), s, 0.0_wp)
-            call onto%update(rows, k, metric == 'K = I', info, 0.0_wp)
+            call choose_solver(solver_names(s), rows, size(a, 1), k%first(2:) - k%first(:size(k%first) - 1), 0.0_wp, onto)
+            call onto%factorize(rows, k, metric == 'K = I', info, 0.0_wp)
             call check(failure, info == 0 .and. onto%rank == reference%rank, 'rank '//to_text(onto%rank)//', '//label)
             x = d
             call onto%project(rows, spread(0.0_wp, 1, size(a, 1)), x, r, lambda)
@@ -302,7 +303,7 @@ contains
    !! hangs at both ends a row is redundant.
    subroutine chains(failure)
       character(:), allocatable, intent(inout) :: failure
-      type(sparse_rows_t) :: rows, full
+      type(csr_t) :: rows, full
       type(block_diagonal_t) :: k
       integer :: c, i, l, n, shorter_end, shorter_start
       integer, allocatable :: first(:), column(:)
@@ -338,7 +339,7 @@ contains
       subroutine one(identity, b)
          logical, intent(in) :: identity
          real(wp), intent(in) :: b(:)
-         type(weighted_projection_t) :: onto, reference
+         class(normal_solver_t), allocatable :: onto, reference
          real(wp) :: d(n), expected(n), lambda(c), r(c), x(n), expected_lambda(c), expected_r(c)
          integer :: info
          character(:), allocatable :: label
@@ -346,10 +347,10 @@ contains
          label = 'c = '//to_text(c)//', n = '//to_text(n)
          call full%set_dense(rows%dense())
          call k%factorize(info)
-         call reference%init(full, c, spread(1, 1, n), solver_dgelsd, 0.0_wp)
-         call reference%update(full, k, identity, info, 0.0_wp)
-         call onto%init(rows, c, spread(1, 1, n), solver_banded, 0.0_wp)
-         call onto%update(rows, k, identity, info, 0.0_wp)
+         call choose_solver('dgelsd', full, c, spread(1, 1, n), 0.0_wp, reference)
+         call reference%factorize(full, k, identity, info, 0.0_wp)
+         call choose_solver('banded', rows, c, spread(1, 1, n), 0.0_wp, onto)
+         call onto%factorize(rows, k, identity, info, 0.0_wp)
          call check(failure, info == 0 .and. onto%rank == reference%rank, 'rank '//to_text(onto%rank)//', '//label)
          d = random_vector(n)
          x = d
@@ -373,8 +374,8 @@ contains
    !> A row without entries has no part in anything, whatever the solver.
    subroutine empty_row(failure)
       character(:), allocatable, intent(inout) :: failure
-      type(sparse_rows_t) :: rows
-      type(weighted_projection_t) :: onto
+      type(csr_t) :: rows
+      class(normal_solver_t), allocatable :: onto
       type(block_diagonal_t) :: none
       real(wp) :: d(4), lambda(3), r(3)
       integer :: info, s
@@ -383,8 +384,8 @@ contains
       call rows%set_pattern(4, [1, 3, 3, 5], [1, 2, 3, 4])
       rows%values(:) = [1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp]
       do s = 1, size(solver_names)
-         call onto%init(rows, 3, [1, 1, 1, 1], s, 0.0_wp)
-         call onto%update(rows, none, .true., info, 0.0_wp)
+         call choose_solver(solver_names(s), rows, 3, [1, 1, 1, 1], 0.0_wp, onto)
+         call onto%factorize(rows, none, .true., info, 0.0_wp)
          d = [3.0_wp, 1.0_wp, 2.0_wp, 4.0_wp]
          call onto%project(rows, [0.0_wp, 0.0_wp, 0.0_wp], d, r, lambda)
          call check(failure, info == 0 .and. onto%rank == 2, 'rank, '//trim(solver_names(s)))

@@ -25,7 +25,7 @@ program tester
    use test_swing, only: collect_swing
    use test_system, only: collect_system
    use test_verify, only: collect_verify
-   use test_weighted_projection, only: collect_weighted_projection
+   use test_normal_solver, only: collect_normal_solver
    use test_rotation, only: collect_rotation
    use test_beam, only: collect_beam
    use test_beam_element, only: collect_beam_element
@@ -40,7 +40,7 @@ program tester
    only = ''
    if (command_argument_count() > 0) call get_command_argument(1, only)
    call run_suite('linalg', collect_linalg(), trim(only), outcome)
-   call run_suite('weighted projection', collect_weighted_projection(), trim(only), outcome)
+   call run_suite('weighted projection', collect_normal_solver(), trim(only), outcome)
    call run_suite('structure', collect_structure(), trim(only), outcome)
    call run_suite('projection matrices', collect_projection_matrices(), trim(only), outcome)
    call run_suite('ode', collect_ode(), trim(only), outcome)

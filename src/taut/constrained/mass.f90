@@ -7,7 +7,8 @@ module taut_constrained_mass
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
+   use taut_linalg_normal_solver, only: normal_solver_t
+   use taut_linalg_normal_solver_choose, only: choose_solver
    use taut_ode_system, only: rhs_ok, rhs_retry
    implicit none (type, external)
    private
@@ -17,7 +18,7 @@ module taut_constrained_mass
    !! with W = I of M = m I, where M~ = m (A W^-1 A^T)^+.
    type :: mass_t
       type(block_diagonal_t), private :: m
-      type(weighted_projection_t), private :: reduced
+      class(normal_solver_t), allocatable, private :: reduced
       !> Whether M was found and is positive definite; whether it never changes.
       logical, private :: known = .false., constant = .true.
       !> Row where M is not positive definite.
@@ -70,7 +71,7 @@ contains
       self%is_weight = same_place .and. method%weight == 'mass'
       self%weight_is_identity = same_place .and. method%weight == 'identity'
       if (.not. self%is_weight) &
-         call self%reduced%init(projector%a, model%c, model%mass_blocks, solver_code(method%solver), method%rcond)
+         call choose_solver(method%solver, projector%a, model%c, model%mass_blocks, method%rcond, self%reduced)
    end subroutine init_reduced
 
    !> M at a state, factorized.
@@ -110,7 +111,7 @@ contains
 
       info = rhs_ok
       if (self%is_weight .or. self%uniform > 0.0_wp) return
-      call self%reduced%update(projector%a, self%m, .false., info, noise)
+      call self%reduced%factorize(projector%a, self%m, .false., info, noise)
       if (info /= 0) info = rhs_retry
    end subroutine reduce
 

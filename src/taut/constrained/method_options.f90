@@ -2,7 +2,7 @@
 module taut_constrained_method_options
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_linalg_weighted_projection, only: solver_names
+   use taut_linalg_normal_solver_choose, only: solver_names
    implicit none (type, external)
    private
    public :: method_t, method_names

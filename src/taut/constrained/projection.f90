@@ -7,8 +7,9 @@ module taut_constrained_projection
    use taut_constrained_method_options, only: method_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_sparse_rows, only: sparse_rows_t
-   use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
+   use taut_linalg_csr, only: csr_t
+   use taut_linalg_normal_solver, only: normal_solver_t
+   use taut_linalg_normal_solver_choose, only: choose_solver
    use taut_ode_system, only: rhs_ok, rhs_retry, rhs_no_projection
    implicit none (type, external)
    private
@@ -45,7 +46,7 @@ module taut_constrained_projection
    !> Projection in the metric W, and its workspace.
    type :: projector_t
       !> Constraint matrix at the last `linearize`.
-      type(sparse_rows_t) :: a
+      type(csr_t) :: a
       !> b' at the last `velocity`: (c).
       real(wp), allocatable :: b_prime(:)
       !> Multipliers mu of Eq. (14a) at the last `velocity`: (c).
@@ -61,13 +62,13 @@ module taut_constrained_projection
       !> W, factorized; not used if W = I.
       type(block_diagonal_t) :: w
       !> W^-1 A^T S^+ with all rows of A, as of the last `linearize`.
-      type(weighted_projection_t) :: onto
+      class(normal_solver_t), allocatable :: onto
       logical, private :: identity = .true., w_is_mass = .false., all_holonomic = .true., w_ready = .false.
       logical, private :: accept_inconsistent = .false.
       real(wp), private :: tolerance = 1.0e-12_wp
       integer, private :: max_iterations = 25, reason = no_reason, worst = 0
       !> The holonomic rows alone, where there are others.
-      type(weighted_projection_t), private :: onto_holonomic
+      class(normal_solver_t), allocatable, private :: onto_holonomic
       real(wp), allocatable, private :: phi(:), nu(:), d(:), x_before(:), r(:), normal(:)
       !> Of all rows.
       real(wp), allocatable, private :: zero(:)
@@ -93,7 +94,7 @@ contains
       !> The system.
       class(mechanical_system_t), intent(in) :: model
       !> The matrix.
-      type(sparse_rows_t), intent(inout) :: a
+      type(csr_t), intent(inout) :: a
       integer, allocatable :: first(:), column(:)
 
       call model%pattern(first, column)
@@ -111,7 +112,7 @@ contains
       !> Its state.
       type(state_t), intent(in) :: at
       !> The matrix, laid out.
-      type(sparse_rows_t), intent(inout) :: a
+      type(csr_t), intent(inout) :: a
 
       if (.not. a%full) then
          call model%jacobian_entries(at, a%values)
@@ -161,9 +162,9 @@ contains
       else
          blocks = model%mass_blocks
       end if
-      call self%onto%init(self%a, model%c, blocks, solver_code(method%solver), method%rcond)
+      call choose_solver(method%solver, self%a, model%c, blocks, method%rcond, self%onto)
       if (.not. self%all_holonomic) &
-         call self%onto_holonomic%init(self%a, model%n_phi, blocks, solver_code(method%solver), method%rcond)
+         call choose_solver(method%solver, self%a, model%n_phi, blocks, method%rcond, self%onto_holonomic)
    end subroutine init
 
    !> W at a state, factorized.
@@ -310,12 +311,12 @@ contains
    contains
 
       subroutine step_with(onto)
-         type(weighted_projection_t), intent(inout) :: onto
+         class(normal_solver_t), intent(inout) :: onto
 
          reach = 0.0_wp
          largest = 0.0_wp
          info = 0
-         if (renew) call onto%update(self%a, self%w, self%identity, info, noise)
+         if (renew) call onto%factorize(self%a, self%w, self%identity, info, noise)
          if (info == 0) then
             self%d(:) = 0.0_wp
             call onto%multipliers(self%phi, self%nu)
@@ -372,7 +373,7 @@ contains
       !> Violation of the holonomic constraints: (n_phi).
       real(wp), intent(in), contiguous :: phi(:)
       !> Constraint matrix, holonomic rows first.
-      type(sparse_rows_t), intent(in) :: a
+      type(csr_t), intent(in) :: a
       !> Coordinates: (n_x).
       real(wp), intent(in), contiguous :: x(:)
       !> Between 0 and 1.
@@ -460,9 +461,9 @@ contains
          call give_up(self, weight_not_positive, info)
          return
       end if
-      call self%onto%update(self%a, self%w, self%identity, info, noise)
+      call self%onto%factorize(self%a, self%w, self%identity, info, noise)
       if (info == 0 .and. .not. self%all_holonomic) &
-         call self%onto_holonomic%update(self%a, self%w, self%identity, info, noise)
+         call self%onto_holonomic%factorize(self%a, self%w, self%identity, info, noise)
       if (info /= 0) then
          call give_up(self, not_finite, info)
          return

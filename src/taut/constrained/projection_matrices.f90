@@ -6,8 +6,9 @@ module taut_constrained_projection_matrices
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_sparse_rows, only: sparse_rows_t
-   use taut_linalg_weighted_projection, only: solver_code, weighted_projection_t
+   use taut_linalg_csr, only: csr_t
+   use taut_linalg_normal_solver, only: normal_solver_t
+   use taut_linalg_normal_solver_choose, only: choose_solver
    implicit none (type, external)
    private
    public :: projection_matrices
@@ -35,7 +36,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(projector_t) :: projector
       type(block_diagonal_t) :: m
-      type(weighted_projection_t) :: reduced
+      class(normal_solver_t), allocatable :: reduced
       real(wp), allocatable :: b(:)
       integer :: info
       character(:), allocatable :: why
@@ -58,8 +59,8 @@ contains
          call raise(error, here, 'the mass matrix is not positive definite at row '//to_text(info), 'correct the masses')
          return
       end if
-      call reduced%init(projector%a, model%c, model%mass_blocks, solver_code(method%solver), method%rcond)
-      call reduced%update(projector%a, m, .false., info, 0.0_wp)
+      call choose_solver(method%solver, projector%a, model%c, model%mass_blocks, method%rcond, reduced)
+      call reduced%factorize(projector%a, m, .false., info, 0.0_wp)
       allocate (b(model%c))
       call model%velocity_rhs(at, b)
       call apply(projector%onto, projector%a, b, p_v_matrix, p_v)
@@ -69,8 +70,8 @@ contains
 
    !> K^-1 A^T S^+ applied to the columns of A and to b.
    subroutine apply(onto, a, b, p_matrix, p)
-      type(weighted_projection_t), intent(inout) :: onto
-      type(sparse_rows_t), intent(in) :: a
+      class(normal_solver_t), intent(inout) :: onto
+      type(csr_t), intent(in) :: a
       real(wp), intent(in), contiguous :: b(:)
       real(wp), allocatable, intent(out) :: p_matrix(:, :), p(:)
       real(wp) :: all_entries(a%c, a%n), multipliers(size(b))

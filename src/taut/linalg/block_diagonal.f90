@@ -217,6 +217,7 @@ contains
          end do
          return
       end if
+      if (m == 0) return
       do i = 1, size(self%first) - 1
          s = self%first(i + 1) - self%first(i)
          ! Blocks of zeros, those of bodies without a constraint, stay zero.
@@ -336,6 +337,7 @@ contains
          end do
          return
       end if
+      if (m == 0) return
       do i = 1, size(self%first) - 1
          s = self%first(i + 1) - self%first(i)
          call dtrtrs('L', trans, 'N', s, m, self%factor(self%offset(i) + 1), s, b(self%first(i), 1), self%n, info)

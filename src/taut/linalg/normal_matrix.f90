@@ -2,7 +2,7 @@
 module taut_linalg_normal_matrix
    use taut_kinds, only: wp
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_sparse_rows, only: sparse_rows_t
+   use taut_linalg_csr, only: csr_t
    implicit none (type, external)
    private
    public :: normal_matrix_t
@@ -21,7 +21,7 @@ module taut_linalg_normal_matrix
       !> Row and column of those below the diagonal, as places of the ordering, row by row.
       integer, allocatable :: row(:), column(:)
       !> A K^-1: the rows of A, filled up to whole blocks of K; not set where it is A itself.
-      type(sparse_rows_t) :: a_kinv
+      type(csr_t) :: a_kinv
       !> The products of groups of entries of A and of A K^-1 that make the entries of S, by the first entries of the groups,
       !! and the size of the groups.
       integer, allocatable, private :: first(:), of_a(:), of_a_kinv(:)
@@ -42,7 +42,7 @@ contains
       !> The matrix.
       class(normal_matrix_t), intent(out) :: self
       !> A matrix with the pattern of A.
-      type(sparse_rows_t), intent(in) :: a
+      type(csr_t), intent(in) :: a
       !> How many of its rows are used.
       integer, intent(in) :: c
       !> Sizes of the blocks of K.
@@ -63,7 +63,7 @@ contains
       !> The matrix.
       class(normal_matrix_t), intent(inout) :: self
       !> A matrix with the pattern of A.
-      type(sparse_rows_t), intent(in) :: a
+      type(csr_t), intent(in) :: a
       !> Row of A at each place: (c).
       integer, intent(in) :: order(:)
       integer :: i
@@ -77,7 +77,7 @@ contains
    !> The pattern of A K^-1.
    subroutine fill_blocks(self, a, sizes)
       type(normal_matrix_t), intent(inout) :: self
-      type(sparse_rows_t), intent(in) :: a
+      type(csr_t), intent(in) :: a
       integer, intent(in) :: sizes(:)
       integer, allocatable :: begin(:), block_of(:), column(:), first(:)
       integer :: b, blocks, i, k, l, last, round, entries
@@ -129,7 +129,7 @@ contains
    !> The entries of S in the present ordering and the products that make them.
    subroutine find_products(self, a)
       type(normal_matrix_t), intent(inout) :: self
-      type(sparse_rows_t), intent(in) :: a
+      type(csr_t), intent(in) :: a
       integer, allocatable :: begin(:), of_row(:), of_entry(:), number(:), place(:), met(:), products(:)
       integer :: c, entries, g, i, j, k, l, m, p, round, total
 
@@ -274,7 +274,7 @@ contains
       !> The matrix.
       class(normal_matrix_t), intent(inout) :: self
       !> The constraint matrix, with the pattern that was analyzed; finite.
-      type(sparse_rows_t), intent(in) :: a
+      type(csr_t), intent(in) :: a
       !> The metric, factorized; not used if it is the identity.
       type(block_diagonal_t), intent(in) :: k
       !> Whether K = I.

@@ -7,25 +7,20 @@ module taut_linalg_pseudo_inverse
    use taut_kinds, only: wp
    use taut_linalg_lapack, only: dgelsd
    use taut_linalg_pivoted_cholesky, only: pivoted_cholesky_t
+   use taut_linalg_rank, only: clear_rank_by_pivots, doubtful_in_s, effective_rank, least_pivot, rank_by_pivots, rcond_of_s, &
+                               unit_diagonal, widest_range
    implicit none (type, external)
    private
-   public :: pseudo_inverse_t, singular_value_inverse_t, effective_rank
+   public :: pseudo_inverse_t, singular_value_inverse_t
+   public :: by_pivots, by_singular_values, by_either
    public :: path_none, path_cholesky, path_singular_values, path_pivots, path_name
 
    !> How the last matrix was treated.
    integer, parameter :: path_none = 0, path_cholesky = 1, path_singular_values = 2, path_pivots = 3
 
-   !> Pivots and singular values above this are safely not zero: they cannot be mistaken for what round-off or a slightly
-   !! violated constraint has made out of a zero.
-   real(wp), parameter :: safe_rcond = 1.0e-8_wp
-   !> A pivot can be larger than the singular value that it stands for: it decides only if it is that much clearer.
-   real(wp), parameter :: clearly = 10.0_wp
-   !> Ratio of neighboring singular values that tells 'small' from 'nothing but noise' below `safe_rcond`.
-   real(wp), parameter :: gap = 1.0e3_wp
-   !> Where the singular values that count spread more than this, those of the scaled matrix are used.
-   real(wp), parameter :: widest_range = 1.0e-6_wp
-   !> The noise that is let through must stay below this part of what it is compared with.
-   real(wp), parameter :: noise_factor = 10.0_wp
+   !> By which numbers the rank is decided: by pivots, by singular values, or by pivots where they leave no doubt and by singular
+   !! values where they do.
+   integer, parameter :: by_pivots = 1, by_singular_values = 2, by_either = 3
 
    !> Pseudo-inverse of any matrix by DGELSD, and its workspace.
    type :: singular_value_inverse_t
@@ -45,15 +40,11 @@ module taut_linalg_pseudo_inverse
 
    !> Minimum-norm solution of S x = r, S symmetric positive semi-definite of any rank.
    !!
-   !! `compute` factorizes, `solve` applies. Cholesky with pivoting where its pivots leave no doubt about the rank, DGELSD
-   !! otherwise.
+   !! `compute` factorizes, `solve` applies: by Cholesky with pivoting, by DGELSD, or by the first and, in doubt about the rank,
+   !! by the second.
    type :: pseudo_inverse_t
-      !> Singular values below `rcond` times the largest one (of S scaled to unit diagonal) count as zero. S = A M^-1 A^T
-      !! is formed with an error of some n units of round-off, so that nothing below 1e-12 carries information for n up to
-      !! thousands; 1e-12 on S is 1e-6 on A M^-1/2.
-      real(wp) :: rcond = 1.0e-12_wp
-      !> Whether the Cholesky path is left out, or is the only one.
-      logical :: always_singular_values = .false., never_singular_values = .false.
+      !> What is smaller than this, relative to the largest singular value or pivot of S scaled to unit diagonal, counts as zero.
+      real(wp) :: rcond = rcond_of_s
       !> Rank of the last matrix.
       integer :: rank = 0
       !> Condition number of the last matrix (scaled to unit diagonal), zeros left out; by Cholesky, the ratio of the
@@ -64,8 +55,9 @@ module taut_linalg_pseudo_inverse
       integer, private :: n = 0
       real(wp), private :: reciprocal = 0.0_wp
       real(wp), allocatable, private :: scale(:)
-      type(pivoted_cholesky_t), private :: cholesky
-      type(singular_value_inverse_t), private :: general
+      !> Either may be missing, not both.
+      type(pivoted_cholesky_t), allocatable, private :: cholesky
+      type(singular_value_inverse_t), allocatable, private :: general
    contains
       procedure :: init
       procedure :: compute
@@ -76,17 +68,30 @@ module taut_linalg_pseudo_inverse
 contains
 
    !> Allocates the workspace; nothing is allocated afterwards.
-   subroutine init(self, n)
+   subroutine init(self, n, way)
       !> The solver.
       class(pseudo_inverse_t), intent(inout) :: self
       !> Order of S.
       integer, intent(in) :: n
+      !> One of the `by_` constants, default `by_either`.
+      integer, intent(in), optional :: way
+      integer :: chosen
 
+      chosen = by_either
+      if (present(way)) chosen = way
       self%n = n
       if (allocated(self%scale)) deallocate (self%scale)
+      if (allocated(self%cholesky)) deallocate (self%cholesky)
+      if (allocated(self%general)) deallocate (self%general)
       allocate (self%scale(n), source=0.0_wp)
-      if (.not. self%always_singular_values) call self%cholesky%init(n)
-      if (.not. self%never_singular_values) call self%general%init(n, n)
+      if (chosen /= by_singular_values) then
+         allocate (self%cholesky)
+         call self%cholesky%init(n)
+      end if
+      if (chosen /= by_pivots) then
+         allocate (self%general)
+         call self%general%init(n, n)
+      end if
    end subroutine init
 
    !> Prepares the solution with one matrix.
@@ -111,13 +116,13 @@ contains
          self%rank = 0
          return
       end if
-      if (n == 1 .and. .not. self%always_singular_values) then
+      if (n == 1 .and. allocated(self%cholesky)) then
          call self%compute_single(s(1, 1), info)
          return
       end if
 
-      doubtful = safe_rcond
-      if (present(noise)) doubtful = max(doubtful, min(1.0_wp, (noise_factor*noise)**2))
+      doubtful = doubtful_in_s(0.0_wp)
+      if (present(noise)) doubtful = doubtful_in_s(noise)
       finite = .true.
       do j = 1, n
          do i = j, n
@@ -129,11 +134,10 @@ contains
          return
       end if
       do i = 1, n
-         self%scale(i) = 1.0_wp
-         if (s(i, i) > tiny(1.0_wp)) self%scale(i) = 1.0_wp/sqrt(s(i, i))
+         self%scale(i) = unit_diagonal(s(i, i))
       end do
-      if (.not. self%always_singular_values) then
-         call self%cholesky%factorize(s, self%scale, max(n, 10)*epsilon(1.0_wp))
+      if (allocated(self%cholesky)) then
+         call self%cholesky%factorize(s, self%scale, least_pivot(n))
          call judge_pivots(self, doubtful, settled)
          if (settled) return
       end if
@@ -149,9 +153,7 @@ contains
       self%condition = self%general%condition
    end subroutine compute
 
-   !> The rank from the pivots, where they leave no doubt.
-   !!
-   !! They are as good as singular values but for a factor: see `effective_rank`.
+   !> The rank from the pivots: where they leave no doubt if there are singular values to be asked.
    subroutine judge_pivots(self, doubtful, settled)
       type(pseudo_inverse_t), intent(inout) :: self
       real(wp), intent(in) :: doubtful
@@ -159,14 +161,12 @@ contains
       integer :: rank
 
       associate (p => self%cholesky%pivot)
-         if (self%never_singular_values) then
-            rank = effective_rank(p, max(self%rcond, epsilon(1.0_wp)), doubtful)
-            settled = .true.
+         if (allocated(self%general)) then
+            rank = clear_rank_by_pivots(p, self%rcond, doubtful)
          else
-            rank = count(p > clearly*max(doubtful, self%rcond))
-            settled = rank == self%n
-            if (.not. settled .and. rank > 0) settled = p(rank + 1) <= min(doubtful/clearly, p(rank)/(clearly*gap))
+            rank = rank_by_pivots(p, self%rcond, doubtful)
          end if
+         settled = rank >= 0
          if (.not. settled) return
          self%path = path_pivots
          if (rank == self%n) self%path = path_cholesky
@@ -333,34 +333,6 @@ contains
       call dgelsd(self%m, self%n, self%m, self%a, self%m, self%b, size(self%b, 1), self%s, rcond, rank, &
                   self%work, size(self%work), self%iwork, info)
    end subroutine decompose
-
-   !> How many singular values count.
-   !!
-   !! Those below `rcond` times the largest are zero. Between `rcond` and `doubtful` the first gap of three decades tells:
-   !! what lies below it is noise (a constraint that is redundant on the manifold and slightly less so beside it), while
-   !! a spectrum that decays without a gap (a long chain) is kept whole.
-   pure function effective_rank(s, rcond, doubtful) result(rank)
-      !> Singular values in decreasing order.
-      real(wp), intent(in) :: s(:)
-      !> Relative to the largest: certainly zero below.
-      real(wp), intent(in) :: rcond
-      !> Relative to the largest: certainly not zero above.
-      real(wp), intent(in) :: doubtful
-      !> Their number.
-      integer :: rank
-      integer :: k
-
-      rank = 0
-      if (size(s) == 0) return
-      if (.not. s(1) > tiny(1.0_wp)) return
-      rank = count(s > rcond*s(1))
-      do k = 1, rank - 1
-         if (s(k + 1) <= doubtful*s(1) .and. s(k) >= gap*s(k + 1)) then
-            rank = k
-            return
-         end if
-      end do
-   end function effective_rank
 
    !> The name of a path, for reports.
    pure function path_name(path) result(name)

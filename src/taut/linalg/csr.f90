@@ -1,12 +1,12 @@
 !> Matrices stored by rows, all entries or those of a pattern: constraint matrices.
-module taut_linalg_sparse_rows
+module taut_linalg_csr
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: sparse_rows_t
+   public :: csr_t
 
    !> A matrix of c rows and n columns. The values are contiguous, row after row.
-   type :: sparse_rows_t
+   type :: csr_t
       !> Rows and columns.
       integer :: c = 0, n = 0
       !> Whether all entries are stored, so that the values are those of the transposed matrix: (n, c).
@@ -30,14 +30,14 @@ module taut_linalg_sparse_rows
       procedure :: dense
       procedure :: multiply
       procedure :: subtract_transposed
-   end type sparse_rows_t
+   end type csr_t
 
 contains
 
    !> Lays out a matrix with all its entries, zero at first.
    subroutine init(self, c, n)
       !> The matrix.
-      class(sparse_rows_t), intent(out) :: self
+      class(csr_t), intent(out) :: self
       !> Rows and columns.
       integer, intent(in) :: c, n
 
@@ -51,7 +51,7 @@ contains
    !> Lays out a matrix with the entries of a pattern, zero at first.
    subroutine set_pattern(self, n, first, column)
       !> The matrix.
-      class(sparse_rows_t), intent(out) :: self
+      class(csr_t), intent(out) :: self
       !> Columns.
       integer, intent(in) :: n
       !> First entry of each row, and the number of entries plus one at the end: (c + 1).
@@ -74,7 +74,7 @@ contains
 
    !> Whether the columns of all rows are whole groups of a size, counted from the first column of the matrix.
    pure function made_of_groups(self, group) result(made)
-      type(sparse_rows_t), intent(in) :: self
+      type(csr_t), intent(in) :: self
       integer, intent(in) :: group
       logical :: made
       integer :: i, k
@@ -93,7 +93,7 @@ contains
 
    !> The groups column by column.
    subroutine find_groups(self)
-      type(sparse_rows_t), intent(inout) :: self
+      type(csr_t), intent(inout) :: self
       integer :: g, i, k, l, groups
 
       g = self%group
@@ -125,7 +125,7 @@ contains
    !> Takes the entries from those of a dense matrix.
    pure subroutine set_dense(self, a)
       !> The matrix.
-      class(sparse_rows_t), intent(inout) :: self
+      class(csr_t), intent(inout) :: self
       !> All entries: (c, n).
       real(wp), intent(in) :: a(self%c, self%n)
       integer :: i, j, k
@@ -148,7 +148,7 @@ contains
    !> The matrix with all its zeros.
    pure function dense(self) result(a)
       !> The matrix.
-      class(sparse_rows_t), intent(in) :: self
+      class(csr_t), intent(in) :: self
       !> All entries: (c, n).
       real(wp) :: a(self%c, self%n)
       integer :: i, k
@@ -168,7 +168,7 @@ contains
    !> r = A v - b for the first rows, as many as r has; b is zero if it is not given.
    pure subroutine multiply(self, v, r, b)
       !> The matrix.
-      class(sparse_rows_t), intent(in) :: self
+      class(csr_t), intent(in) :: self
       !> (n).
       real(wp), intent(in), contiguous :: v(:)
       !> (at most c).
@@ -254,7 +254,7 @@ contains
    !> d := d - A^T lambda with the first rows, as many as lambda has.
    pure subroutine subtract_transposed(self, lambda, d)
       !> The matrix.
-      class(sparse_rows_t), intent(in) :: self
+      class(csr_t), intent(in) :: self
       !> (at most c).
       real(wp), intent(in), contiguous :: lambda(:)
       !> (n).
@@ -343,4 +343,4 @@ contains
       end do
    end subroutine subtract_columns
 
-end module taut_linalg_sparse_rows
+end module taut_linalg_csr

@@ -4,20 +4,103 @@
 !! Row i has four entries, those at 4 (i - 1) + 1 - missing and so on in the columns 2 (i - 1) + 1 - missing and so on; the first
 !! row may miss the first two, the last row the last two. K is diagonal. The elimination goes from both ends to the middle:
 !! two recurrences that do not wait for each other, with all else done while they wait for themselves.
-module taut_linalg_chained_rows
+module taut_linalg_normal_solver_chain
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
-   use taut_linalg_sparse_rows, only: sparse_rows_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_csr, only: csr_t
+   use taut_linalg_normal_solver_banded, only: banded_solver_t
+   use taut_linalg_rank, only: pivot_cut
    implicit none (type, external)
    private
-   public :: are_chained, factorize_chained, project_chained
+   public :: chain_solver_t, are_chained
+
+   !> S within a band of one, by passes of its own.
+   type, extends(banded_solver_t) :: chain_solver_t
+      !> How many entries the first row misses.
+      integer, private :: missing = 0
+   contains
+      procedure :: init
+      procedure :: factorize
+      procedure :: project
+   end type chain_solver_t
 
 contains
+
+   !> Allocates the workspace.
+   subroutine init(self, a, c, sizes, rcond)
+      !> The solver.
+      class(chain_solver_t), intent(inout) :: self
+      !> A matrix with the pattern of A, for which `are_chained` holds.
+      type(csr_t), intent(in) :: a
+      !> All of its rows are used.
+      integer, intent(in) :: c
+      !> Sizes of the blocks of K, all 1.
+      integer, intent(in) :: sizes(:)
+      !> Relative size below which pivots count as zero; 0 for the default.
+      real(wp), intent(in) :: rcond
+
+      call self%banded_solver_t%init(a, c, sizes, rcond)
+      self%missing = 4 - (a%first(2) - a%first(1))
+   end subroutine init
+
+   !> Takes a new A, and K factorized.
+   subroutine factorize(self, a, k, identity, info, noise)
+      !> The solver.
+      class(chain_solver_t), intent(inout) :: self
+      !> The constraint matrix.
+      type(csr_t), intent(in) :: a
+      !> The metric, factorized; not used if it is the identity.
+      type(block_diagonal_t), intent(in) :: k
+      !> Whether K = I.
+      logical, intent(in) :: identity
+      !> 0, or 1 if there are entries that are not finite.
+      integer, intent(out) :: info
+      !> Relative error of the rows of A.
+      real(wp), intent(in) :: noise
+      real(wp) :: cut
+
+      self%identity = identity
+      cut = pivot_cut(self%rcond, noise)
+      if (identity) then
+         call factorize_chained(self%c, self%missing, self%n, a%values, a%values, cut, self%normal%s, self%band%l, &
+                                self%band%reciprocal, self%rank, info)
+      else
+         call k%divide(self%normal%a_kinv%column, a%values, self%normal%a_kinv%values)
+         call factorize_chained(self%c, self%missing, self%n, a%values, self%normal%a_kinv%values, cut, self%normal%s, &
+                                self%band%l, self%band%reciprocal, self%rank, info)
+      end if
+      self%band%rank = self%rank
+   end subroutine factorize
+
+   !> d := d - K^-1 A^T lambda with lambda = S^-1 r, r = A d - b.
+   subroutine project(self, a, b, d, r, lambda)
+      !> The solver, after `factorize`.
+      class(chain_solver_t), intent(inout) :: self
+      !> The constraint matrix of `factorize`.
+      type(csr_t), intent(in) :: a
+      !> What A d shall be: (c).
+      real(wp), intent(in) :: b(self%c)
+      !> What is projected: (n).
+      real(wp), intent(inout) :: d(self%n)
+      !> The violation: (c).
+      real(wp), intent(inout) :: r(self%c)
+      !> The multipliers, those of rows that are left out zero: (c).
+      real(wp), intent(inout) :: lambda(self%c)
+
+      if (self%identity) then
+         call project_chained(self%c, self%missing, self%n, a%values, a%values, self%band%l, self%band%reciprocal, &
+                              b, d, r, lambda)
+      else
+         call project_chained(self%c, self%missing, self%n, a%values, self%normal%a_kinv%values, self%band%l, &
+                              self%band%reciprocal, b, d, r, lambda)
+      end if
+   end subroutine project
 
    !> Whether rows are those of a chain, of three rows at least.
    pure logical function are_chained(a)
       !> A matrix with the pattern.
-      type(sparse_rows_t), intent(in) :: a
+      type(csr_t), intent(in) :: a
       integer :: i, k, missing
 
       are_chained = .false.
@@ -244,4 +327,4 @@ contains
 
    end subroutine project_chained
 
-end module taut_linalg_chained_rows
+end module taut_linalg_normal_solver_chain

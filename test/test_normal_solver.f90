@@ -1,15 +1,16 @@
 !> Tests of block-diagonal matrices and of the operator K^-1 A^T S^+.
-module test_weighted_projection
+module test_normal_solver
    use testing, only: check, check_below, check_close, new_test, test_t
    use test_linalg, only: identity, largest, orthogonal, random_vector, restart_random, with_spectrum
    use taut_kinds, only: wp
    use taut_error, only: to_text
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_sparse_rows, only: sparse_rows_t
-   use taut_linalg_weighted_projection, only: solver_names, weighted_projection_t
+   use taut_linalg_csr, only: csr_t
+   use taut_linalg_normal_solver, only: normal_solver_t
+   use taut_linalg_normal_solver_choose, only: choose_solver, solver_names
    implicit none (type, external)
    private
-   public :: collect_weighted_projection, of_rank, rows_of
+   public :: collect_normal_solver, of_rank, rows_of
 
    !> Solvers that leave dependent rows out.
    character(len=16), parameter :: unpivoted(2) = [character(len=16) :: 'banded', 'sparse']
@@ -17,7 +18,7 @@ module test_weighted_projection
 contains
 
    !> All tests of this module.
-   function collect_weighted_projection() result(tests)
+   function collect_normal_solver() result(tests)
       type(test_t), allocatable :: tests(:)
 
       tests = [ &
@@ -30,7 +31,7 @@ contains
               new_test('the operator without rows, and with a row of zeros', no_rows), &
               new_test('the operator of a row that is not finite', bad_row), &
               new_test('redundant rows in very different units', different_units)]
-   end function collect_weighted_projection
+   end function collect_normal_solver
 
    subroutine blocks_against_dense(failure)
       character(:), allocatable, intent(inout) :: failure
@@ -189,7 +190,7 @@ contains
    !> A matrix with all its entries.
    function rows_of(a) result(rows)
       real(wp), intent(in) :: a(:, :)
-      type(sparse_rows_t) :: rows
+      type(csr_t) :: rows
 
       call rows%init(size(a, 1), size(a, 2))
       call rows%set_dense(a)
@@ -197,7 +198,7 @@ contains
 
    !> K^-1 A^T S^+ applied to the columns of r.
    subroutine apply(onto, a, r, x)
-      type(weighted_projection_t), intent(inout) :: onto
+      class(normal_solver_t), intent(inout) :: onto
       real(wp), intent(in) :: a(:, :)
       real(wp), intent(in), contiguous :: r(:, :)
       real(wp), intent(out), contiguous :: x(:, :)
@@ -239,7 +240,7 @@ contains
 
       subroutine one(metric)
          character(*), intent(in) :: metric
-         type(weighted_projection_t), allocatable :: onto
+         class(normal_solver_t), allocatable :: onto
          real(wp) :: a(c, n), dense(n, n), p(n, n), x(n, c, size(solver_names)), lambda(c), first(c), allowed
          character(:), allocatable :: label
          integer :: i, info
@@ -250,9 +251,8 @@ contains
          first(:) = 0.0_wp
          do i = 1, size(solver_names)
             label = trim(solver_names(i))//', '//metric//', c = '//to_text(c)//', rank '//to_text(rank)
-            allocate (onto)
-            call onto%init(rows_of(a), c, k%first(2:) - k%first(:size(k%first) - 1), i, 0.0_wp)
-            call onto%update(rows_of(a), k, metric == 'K = I', info, 0.0_wp)
+            call choose_solver(solver_names(i), rows_of(a), c, k%first(2:) - k%first(:size(k%first) - 1), 0.0_wp, onto)
+            call onto%factorize(rows_of(a), k, metric == 'K = I', info, 0.0_wp)
             call check(failure, info == 0 .and. onto%rank == rank, 'rank, '//label)
             ! Rows in the given order, dependent ones among them, are no good basis: a few digits less.
             allowed = merge(1.0e-9_wp, 1.0e-12_wp, any(solver_names(i) == unpivoted))
@@ -270,7 +270,6 @@ contains
             call onto%minimum_norm(lambda)
             if (i == 1) first(:) = lambda
             call check_below(failure, maxval(abs(lambda - first)), 10*allowed, 'multipliers not as with auto, '//label)
-            deallocate (onto)
          end do
       end subroutine one
 
@@ -280,7 +279,7 @@ contains
    subroutine one_row(failure)
       character(:), allocatable, intent(inout) :: failure
       real(wp), parameter :: a(1, 2) = reshape([3.0_wp, 4.0_wp], [1, 2])
-      type(weighted_projection_t), allocatable :: onto
+      class(normal_solver_t), allocatable :: onto
       type(block_diagonal_t) :: k
       real(wp) :: x(2, 1), lambda(1)
       integer :: i, info
@@ -289,9 +288,8 @@ contains
       call k%set_diagonal([1.0_wp, 2.0_wp])
       call k%factorize(info)
       do i = 1, size(solver_names)
-         allocate (onto)
-         call onto%init(rows_of(a), 1, [1, 1], i, 0.0_wp)
-         call onto%update(rows_of(a), k, .false., info, 0.0_wp)
+         call choose_solver(solver_names(i), rows_of(a), 1, [1, 1], 0.0_wp, onto)
+         call onto%factorize(rows_of(a), k, .false., info, 0.0_wp)
          ! a^T K^-1 a = 9 + 8 = 17, K^-1 a = {3, 2}.
          call onto%multipliers([34.0_wp], lambda)
          call check_close(failure, lambda(1), 2.0_wp, 1.0e-14_wp, 'multiplier, '//trim(solver_names(i)))
@@ -299,51 +297,50 @@ contains
          call onto%correction(rows_of(a), lambda, x(:, 1))
          call check_below(failure, maxval(abs(x(:, 1) - [4.0_wp, 6.0_wp])), 1.0e-13_wp, 'correction, '//trim(solver_names(i)))
          ! With K = I the matrix k is not to be looked at: a^T a = 25.
-         call onto%update(rows_of(a), k, .true., info, 0.0_wp)
+         call onto%factorize(rows_of(a), k, .true., info, 0.0_wp)
          call onto%multipliers([50.0_wp], lambda)
          call check_close(failure, lambda(1), 2.0_wp, 1.0e-14_wp, 'multiplier with K = I, '//trim(solver_names(i)))
-         deallocate (onto)
       end do
    end subroutine one_row
 
    subroutine no_rows(failure)
       character(:), allocatable, intent(inout) :: failure
-      type(weighted_projection_t), allocatable :: onto
-      type(block_diagonal_t) :: k
+      class(normal_solver_t), allocatable :: onto
+      type(block_diagonal_t) :: block, k
       real(wp) :: a(2, 3), empty(0, 3), lambda(2), none(0), x(3)
       integer :: i, info
 
       call k%init([1, 1, 1])
       call k%set_identity()
       call k%factorize(info)
+      call block%init([3])
+      call block%set_identity()
+      call block%factorize(info)
       do i = 1, size(solver_names)
-         allocate (onto)
-         call onto%init(rows_of(empty), 0, [1, 1, 1], i, 0.0_wp)
-         call onto%update(rows_of(empty), k, .true., info, 0.0_wp)
+         call choose_solver(solver_names(i), rows_of(empty), 0, [1, 1, 1], 0.0_wp, onto)
+         call onto%factorize(rows_of(empty), k, .true., info, 0.0_wp)
+         call onto%factorize(rows_of(empty), block, .false., info, 0.0_wp)
          x(:) = 1.0_wp
          call onto%multipliers([real(wp) ::], none)
          call onto%correction(rows_of(empty), none, x)
          call check(failure, info == 0 .and. onto%rank == 0, 'no rows, '//trim(solver_names(i)))
          call check_below(failure, maxval(abs(x - 1.0_wp)), 0.0_wp, 'no rows correct something, '//trim(solver_names(i)))
-         deallocate (onto)
-         allocate (onto)
          a(:, :) = 0.0_wp
-         call onto%init(rows_of(a), 2, [1, 1, 1], i, 0.0_wp)
+         call choose_solver(solver_names(i), rows_of(a), 2, [1, 1, 1], 0.0_wp, onto)
          a(1, :) = [0.0_wp, 2.0_wp, 0.0_wp]
          a(2, :) = 0.0_wp
-         call onto%update(rows_of(a), k, .false., info, 0.0_wp)
+         call onto%factorize(rows_of(a), k, .false., info, 0.0_wp)
          call onto%multipliers([4.0_wp, 5.0_wp], lambda)
          call check(failure, info == 0 .and. onto%rank == 1, 'a row of zeros, '//trim(solver_names(i)))
          call check_below(failure, maxval(abs(lambda - [1.0_wp, 0.0_wp])), 1.0e-14_wp, &
                           'multiplier of zeros, '//trim(solver_names(i)))
-         deallocate (onto)
       end do
    end subroutine no_rows
 
    subroutine bad_row(failure)
       use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
       character(:), allocatable, intent(inout) :: failure
-      type(weighted_projection_t), allocatable :: onto
+      class(normal_solver_t), allocatable :: onto
       type(block_diagonal_t) :: k
       real(wp) :: a(2, 3)
       integer :: i, info
@@ -352,23 +349,21 @@ contains
       call k%set_identity()
       call k%factorize(info)
       do i = 1, size(solver_names)
-         allocate (onto)
          a(:, :) = 0.0_wp
-         call onto%init(rows_of(a), 2, [3], i, 0.0_wp)
+         call choose_solver(solver_names(i), rows_of(a), 2, [3], 0.0_wp, onto)
          a(:, :) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp], [2, 3])
          a(2, 3) = ieee_value(a(2, 3), ieee_quiet_nan)
-         call onto%update(rows_of(a), k, .false., info, 0.0_wp)
+         call onto%factorize(rows_of(a), k, .false., info, 0.0_wp)
          call check(failure, info /= 0, 'an entry that is not finite is not reported, '//trim(solver_names(i)))
-         call onto%update(rows_of(a), k, .true., info, 0.0_wp)
+         call onto%factorize(rows_of(a), k, .true., info, 0.0_wp)
          call check(failure, info /= 0, 'nor with K = I, '//trim(solver_names(i)))
-         deallocate (onto)
       end do
    end subroutine bad_row
 
    !> One constraint stated twice, and another one in a unit that makes it as small as you like: both are met exactly.
    subroutine different_units(failure)
       character(:), allocatable, intent(inout) :: failure
-      type(weighted_projection_t) :: onto
+      class(normal_solver_t), allocatable :: onto
       type(block_diagonal_t) :: none
       real(wp) :: a(3, 2), d(2), lambda(3), u
       integer :: info, j, k
@@ -377,8 +372,8 @@ contains
          do j = 0, 12
             u = 10.0_wp**(-j)
             a = reshape([1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, u], [3, 2])
-            call onto%init(rows_of(a), 3, [1, 1], k, 0.0_wp)
-            call onto%update(rows_of(a), none, .true., info, 0.0_wp)
+            call choose_solver(solver_names(k), rows_of(a), 3, [1, 1], 0.0_wp, onto)
+            call onto%factorize(rows_of(a), none, .true., info, 0.0_wp)
             call check(failure, info == 0 .and. onto%rank == 2, 'rank at 1e-'//to_text(j))
             d = [3.0_wp, 5.0_wp]
             call onto%multipliers(matmul(a, d), lambda)
@@ -388,4 +383,4 @@ contains
       end do
    end subroutine different_units
 
-end module test_weighted_projection
+end module test_normal_solver

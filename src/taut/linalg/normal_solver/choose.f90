@@ -1,0 +1,119 @@
+!> Which solver for which constraint matrix: by its name, or by what its factorization costs.
+module taut_linalg_normal_solver_choose
+   use taut_kinds, only: wp
+   use taut_linalg_csr, only: csr_t
+   use taut_linalg_normal_solver, only: normal_solver_t
+   use taut_linalg_normal_solver_banded, only: banded_solver_t
+   use taut_linalg_normal_solver_chain, only: are_chained, chain_solver_t
+   use taut_linalg_normal_solver_dgelsd, only: dgelsd_solver_t
+   use taut_linalg_normal_solver_factor, only: factor_solver_t
+   use taut_linalg_normal_solver_pivoted, only: pivoted_or_dgelsd_solver_t, pivoted_solver_t
+   use taut_linalg_normal_solver_scalar, only: scalar_solver_t
+   use taut_linalg_normal_solver_sparse, only: sparse_solver_t
+   implicit none (type, external)
+   private
+   public :: choose_solver, solver_names
+
+   !> Names of solvers.
+   !!
+   !! `auto`: of an A with a pattern, banded or sparse where that pays; otherwise Cholesky with pivoting where its pivots
+   !! leave no doubt about the rank, and DGELSD where they do. `dgelsd`: always that. `factor`: DGELSD on A L^-T, K = L L^T,
+   !! which does not square the condition number. `pivoted-cholesky`: always that. `banded`, `sparse`: L D L^T in an ordering
+   !! with a small bandwidth or with little fill.
+   character(len=16), parameter :: solver_names(6) = [character(len=16) :: 'auto', 'dgelsd', 'factor', 'pivoted-cholesky', &
+                                                      'banded', 'sparse']
+
+   !> How much a multiplication of the sparse factorization costs, in those of the banded and of the dense one.
+   real(wp), parameter :: cost_over_banded = 4.0_wp, cost_over_dense = 4.0_wp
+   !> Up to so many constraints a dense factorization is faster than any other, unless S is tridiagonal.
+   integer, parameter :: few = 6
+
+contains
+
+   !> Chooses a solver and sets it up; nothing is allocated afterwards.
+   subroutine choose_solver(name, a, c, sizes, rcond, solver)
+      !> One of `solver_names`, perhaps padded with blanks.
+      character(*), intent(in) :: name
+      !> A matrix with the pattern of A.
+      type(csr_t), intent(in) :: a
+      !> How many of its rows are used, from the first one on.
+      integer, intent(in) :: c
+      !> Sizes of the blocks of K.
+      integer, intent(in) :: sizes(:)
+      !> Relative size below which what tells the rank counts as zero: singular values of S or, for `factor`, of A L^-T; pivots.
+      !! 0 takes the default of the solver.
+      real(wp), intent(in) :: rcond
+      !> The solver.
+      class(normal_solver_t), allocatable, intent(out) :: solver
+
+      select case (name)
+      case ('dgelsd')
+         allocate (dgelsd_solver_t :: solver)
+      case ('factor')
+         allocate (factor_solver_t :: solver)
+      case ('banded')
+         call allocate_banded(a, c, sizes, solver)
+      case ('sparse')
+         allocate (sparse_solver_t :: solver)
+      case default
+         if (a%full .and. c == 1) then
+            allocate (scalar_solver_t :: solver)
+         else if (name == 'pivoted-cholesky') then
+            allocate (pivoted_solver_t :: solver)
+         else if (a%full) then
+            allocate (pivoted_or_dgelsd_solver_t :: solver)
+         else
+            call choose_by_cost(a, c, sizes, rcond, solver)
+            return
+         end if
+      end select
+      call solver%init(a, c, sizes, rcond)
+   end subroutine choose_solver
+
+   !> The solver for a small bandwidth, or that for a chain, which needs no other ordering.
+   subroutine allocate_banded(a, c, sizes, solver)
+      type(csr_t), intent(in) :: a
+      integer, intent(in) :: c, sizes(:)
+      class(normal_solver_t), allocatable, intent(out) :: solver
+
+      if (a%c == c .and. all(sizes == 1) .and. are_chained(a)) then
+         allocate (chain_solver_t :: solver)
+      else
+         allocate (banded_solver_t :: solver)
+      end if
+   end subroutine allocate_banded
+
+   !> Banded, sparse or dense for an A with a pattern.
+   subroutine choose_by_cost(a, c, sizes, rcond, solver)
+      type(csr_t), intent(in) :: a
+      integer, intent(in) :: c, sizes(:)
+      real(wp), intent(in) :: rcond
+      class(normal_solver_t), allocatable, intent(out) :: solver
+      class(normal_solver_t), allocatable :: other
+      real(wp) :: banded, sparse
+
+      call allocate_banded(a, c, sizes, solver)
+      call solver%init(a, c, sizes, rcond)
+      select type (solver)
+      class is (banded_solver_t)
+         if (solver%band%width <= 1) return
+         banded = solver%work()
+      end select
+      if (c > few) then
+         allocate (sparse_solver_t :: other)
+         call other%init(a, c, sizes, rcond)
+         select type (other)
+         class is (sparse_solver_t)
+            sparse = other%work()
+         end select
+         if (cost_over_dense*min(sparse, banded/cost_over_banded) <= real(c, wp)**3/3) then
+            if (banded >= cost_over_banded*sparse) call move_alloc(other, solver)
+            return
+         end if
+      end if
+      deallocate (solver)
+      allocate (pivoted_or_dgelsd_solver_t :: solver)
+      call solver%init(a, c, sizes, rcond)
+   end subroutine choose_by_cost
+
+end module taut_linalg_normal_solver_choose
