@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from taut_report.helicopter_measures import point_a, point_b
+
+from taut.report.helicopter.measures import point_a, point_b
 
 COLUMNS = (
     "t,h,beta,theta,beta_rate,theta_rate,phi,phidot,phiddot,phi_raw,phidot_raw,energy,mu,lambda,rank"

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 from helicopter_results import write_helicopter
-from taut_report.pendulum_measures import GRAVITY, MAX_TENSION
+
+from taut.report.pendulum.measures import GRAVITY, MAX_TENSION
 
 COLUMNS = "t,h,x,z,vx,vz,phi,phidot,phiddot,phi_raw,phidot_raw,energy,mu,lambda,rank"
 SUMMARY = (

@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from taut_report.swing_measures import BEAM, MARKERS, reference
+
+from taut.report.swing.measures import BEAM, MARKERS, reference
 
 COLUMNS = "t,h,x,vx,phi,phidot,phiddot,phi_raw,phidot_raw,energy,mu1,mu2,lambda1,lambda2,rank," + ",".join(
     f"{m}{axis}" for m in MARKERS for axis in "xyz"

@@ -10,15 +10,17 @@ import pytest
 from conftest import ROOT
 from PIL import Image
 from scipy.spatial.transform import Rotation
-from taut_animate import gallery, solids
-from taut_animate.command import main, time_of_still
-from taut_animate.mechanism import GROUND, Anchor, Mechanism, expand, read_mechanism
-from taut_animate.motion import Motion, of_mode, of_run
-from taut_animate.pictures import Shown, curves, draw_still, frames, unit_of
-from taut_animate.scene import Look, Scene, anchor_of, nice
-from taut_report import style
-from taut_report.data import DataError, read_run
-from taut_report.view import View
+
+from taut import style
+from taut.animate import gallery, solids
+from taut.animate.command import main, time_of_still
+from taut.animate.mechanism import GROUND, Anchor, Mechanism, expand, read_mechanism
+from taut.animate.motion import Motion, of_mode, of_run
+from taut.animate.pictures import Shown, curves, draw_still, frames, unit_of
+from taut.animate.scene import Look, Scene, anchor_of, nice
+from taut.errors import TautError
+from taut.results import read_run
+from taut.view import View
 
 CASES = sorted((ROOT / "cases/mechanism").glob("*.nml"))
 
@@ -212,7 +214,7 @@ def test_modes_swing_about_the_equilibrium(modes: Path) -> None:
     # The hinge stays where it is but for what is of second order.
     hinge = motion.point(Anchor("rod", mechanism.joints[0].points[1]))
     assert np.abs(hinge).max() < tip[:, 0].max() ** 2
-    with pytest.raises(DataError, match="there is no mode 2; it has 1"):
+    with pytest.raises(TautError, match="there is no mode 2; it has 1"):
         of_mode(mechanism, folder, 2)
 
 
@@ -361,7 +363,7 @@ def test_what_is_on_a_line_is_seen_upright(
 
 
 def test_a_disc_touches_its_plane_below_its_center(tmp_path: Path) -> None:
-    from taut_animate.symbols import contact
+    from taut.animate.symbols import contact
 
     mechanism = case(tmp_path, ZOO)
     (joint,) = (joint for joint in mechanism.joints if joint.type == "rolling")
@@ -396,7 +398,7 @@ def test_a_still_shows_its_time_and_its_strobe(pendulum: Path) -> None:
 def test_traces_of_what_there_is_not(pendulum: Path) -> None:
     mechanism = read_mechanism(pendulum / "case.nml")
     assert anchor_of(mechanism, "hinge").body == "rod"
-    with pytest.raises(DataError, match="'tap'; there are rod, tip, hinge"):
+    with pytest.raises(TautError, match="'tap'; there are rod, tip, hinge"):
         anchor_of(mechanism, "tap")
 
 
@@ -500,7 +502,7 @@ def test_gallery_has_every_shipped_case() -> None:
 
 
 def test_gallery(pendulum: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from taut_report.data import Results
+    from taut.results import Results
 
     monkeypatch.setattr(gallery, "RECIPES", (gallery.Recipe("case", "a pendulum", 1.0, 2),))
     paths = gallery.make(pendulum, Results(pendulum / "results"))

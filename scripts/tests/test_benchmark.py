@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from taut_benchmark import command, figures, measure, table
-from taut_benchmark.entrant import Array, BenchmarkError, Entrant, Problem, Run
-from taut_benchmark.measure import Measurement, cheapest, exponent
-from taut_benchmark.peers import PEERS, program
-from taut_benchmark.peers.scipy import SYSTEMS
-from taut_benchmark.problems import PROBLEMS, chain, four_bar, pendulum
+
+from taut.benchmark import command, figures, measure, table
+from taut.benchmark.entrant import Array, Entrant, Problem, Run
+from taut.benchmark.measure import Measurement, cheapest, exponent
+from taut.benchmark.peers import PEERS, program
+from taut.benchmark.peers.scipy import SYSTEMS
+from taut.benchmark.problems import PROBLEMS, chain, four_bar, pendulum
+from taut.errors import TautError
 
 GRAVITY = 9.81
 
@@ -40,7 +42,7 @@ def entrant(label: str, answers: dict[float, float | None], seconds: float = 1.0
     def run(setting: float, _seconds: float) -> Run:
         answer = answers[setting]
         if answer is None:
-            raise BenchmarkError("no step is small enough")
+            raise TautError("no step is small enough")
         return Run(seconds, 10, 60, np.array([answer]))
 
     return Entrant(label, "made", tuple(answers), run)
@@ -225,10 +227,10 @@ def test_table_comes_back_as_it_was_written(tmp_path: Path) -> None:
 def test_other_tables_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "benchmark.csv"
     path.write_text("a,b\n1,2\n", encoding="utf-8")
-    with pytest.raises(BenchmarkError, match="does not have the columns"):
+    with pytest.raises(TautError, match="does not have the columns"):
         table.read_csv(path)
     path.write_text(",".join(table.COLUMNS) + "\nchain,ten" + ",1" * 8 + "\n", encoding="utf-8")
-    with pytest.raises(BenchmarkError, match="ten"):
+    with pytest.raises(TautError, match="ten"):
         table.read_csv(path)
 
 
@@ -306,11 +308,11 @@ def test_pinned_packages() -> None:
 
 
 def test_unknown_and_missing_peers_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(BenchmarkError, match="there is no peer 'fortran'; there are taut"):
+    with pytest.raises(TautError, match="there is no peer 'fortran'; there are taut"):
         command.present("scipy,fortran")
     absent = PEERS["sundials"].__class__("sundials", lambda: None, lambda _problem, _size: [])
     monkeypatch.setitem(PEERS, "sundials", absent)
-    with pytest.raises(BenchmarkError, match="sundials: not installed"):
+    with pytest.raises(TautError, match="sundials: not installed"):
         command.present("sundials")
     assert list(command.present("scipy")) == ["taut", "scipy"]
 
@@ -320,14 +322,14 @@ def test_what_a_program_prints() -> None:
     assert (run.steps, run.rhs, run.seconds) == (12, 84, 1.5e-3)
     assert list(run.state) == [1.0, -2.0]
     for text in ("", "steps,rhs,seconds\n12,84\n", "error\n1,2,3\n", "steps,rhs,seconds\n1,2,3\nx\n"):
-        with pytest.raises(BenchmarkError, match="not a run"):
+        with pytest.raises(TautError, match="not a run"):
             program.read_run(text)
 
 
 def test_last_line_of_a_program_that_fails() -> None:
-    with pytest.raises(BenchmarkError, match="sh: the reason"):
+    with pytest.raises(TautError, match="sh: the reason"):
         program.call(["sh", "-c", "echo first >&2; echo the reason >&2; exit 3"])
-    with pytest.raises(BenchmarkError, match="no-such-program is not installed"):
+    with pytest.raises(TautError, match="no-such-program is not installed"):
         program.call(["no-such-program"])
 
 

@@ -8,9 +8,11 @@ import matplotlib.colors
 import numpy as np
 import pytest
 from report_results import ALL, Made, write_case
-from taut_report import style
-from taut_report.data import DataError, Results
-from taut_report.pendulum import FIGURES, four_panels, polar_path
+
+from taut import style
+from taut.errors import TautError
+from taut.report.pendulum.figures import FIGURES, four_panels, polar_path
+from taut.results import Results
 
 SCRIPTS = Path(__file__).resolve().parents[1]
 
@@ -83,16 +85,16 @@ def test_labels_in_the_margin_keep_their_distance() -> None:
 
 def test_a_missing_file_and_a_missing_column_are_told_in_one_line(tmp_path: Path) -> None:
     results = Results(tmp_path)
-    with pytest.raises(DataError, match=r"figure1/summary\.csv is missing: run scripts/reproduce first"):
+    with pytest.raises(TautError, match=r"figure1/summary\.csv is missing: run scripts/reproduce first"):
         FIGURES[0].save(results)
     write_case(tmp_path, "figure1", ALL["figure1"])
     path = tmp_path / "figure1" / "present.csv"
     path.write_text(path.read_text().replace("phi_raw", "other"))
-    with pytest.raises(DataError, match=r"present\.csv: no column 'phi_raw'; it has t, h, x, z") as caught:
+    with pytest.raises(TautError, match=r"present\.csv: no column 'phi_raw'; it has t, h, x, z") as caught:
         FIGURES[0].save(results)
     assert "\n" not in str(caught.value)
     path.unlink()
-    with pytest.raises(DataError, match=r"present\.csv is missing"):
+    with pytest.raises(TautError, match=r"present\.csv is missing"):
         FIGURES[0].save(results)
 
 
@@ -100,7 +102,7 @@ def test_a_missing_file_and_a_missing_column_are_told_in_one_line(tmp_path: Path
 def test_a_damaged_file_is_told_in_one_line(tmp_path: Path, text: str) -> None:
     write_case(tmp_path, "figure1", {"present": Made(10, 0.0)})
     (tmp_path / "figure1" / "present.csv").write_text(text)
-    with pytest.raises(DataError, match=r"present\.csv") as caught:
+    with pytest.raises(TautError, match=r"present\.csv") as caught:
         Results(tmp_path).case("figure1").run("present")
     assert "\n" not in str(caught.value)
 

@@ -7,10 +7,16 @@ import numpy as np
 import pytest
 from helicopter_results import FLAP, MODEL, PENALTY, PRESENT, TIGHT, Blade, pitch, write_helicopter
 from PIL import Image
-from taut_report import helicopter, helicopter_chapter, helicopter_claims, helicopter_sketch, style
-from taut_report import helicopter_measures as measures
-from taut_report.data import DataError, Results, Run
-from taut_report.document import Claim, Verdict
+
+from taut import style
+from taut.errors import TautError
+from taut.report.document import Claim, Verdict
+from taut.report.helicopter import chapter as helicopter_chapter
+from taut.report.helicopter import claims as helicopter_claims
+from taut.report.helicopter import figures as helicopter
+from taut.report.helicopter import measures
+from taut.report.helicopter import sketch as helicopter_sketch
+from taut.results import Results, Run
 
 
 @pytest.fixture(scope="module")
@@ -137,13 +143,13 @@ def test_a_missing_or_foreign_model_is_told_in_one_line(tmp_path: Path) -> None:
     results = Results(write_helicopter(tmp_path))
     path = tmp_path / "figure10" / "model.csv"
     path.write_text("a,b\n1,2\n")
-    with pytest.raises(DataError, match=r"model\.csv: the columns are a, b and should be name, value, unit"):
+    with pytest.raises(TautError, match=r"model\.csv: the columns are a, b and should be name, value, unit"):
         _ = results.case("figure10").model
     path.write_text("name,value,unit\nomega,fast,rad/s\n")
-    with pytest.raises(DataError, match=r"model\.csv: could not convert"):
+    with pytest.raises(TautError, match=r"model\.csv: could not convert"):
         _ = results.case("figure10").model
     path.unlink()
-    with pytest.raises(DataError, match=r"model\.csv is missing: run scripts/reproduce first"):
+    with pytest.raises(TautError, match=r"model\.csv is missing: run scripts/reproduce first"):
         helicopter_sketch.figure9(results)
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import built
-from taut_animate.joint_sketches import SKETCHES
+
+from taut.animate.joint_sketches import SKETCHES
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "cases/mechanism/README.md").read_text(encoding="utf-8")

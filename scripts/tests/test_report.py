@@ -10,11 +10,17 @@ import pytest
 from helicopter_results import CASES as HELICOPTER
 from report_results import ALL, Made, write_all, write_case
 from swing_results import write_swing
-from taut_report import cases, claims, claims_energy, helicopter_chapter, pendulum_chapter, report
-from taut_report.data import DataError, Results
-from taut_report.document import Claim, Table, Verdict
-from taut_report.formats import energy_label, listed, number
-from taut_report.pendulum_measures import PERIOD, period, tension_error
+
+from taut.errors import TautError
+from taut.formats import energy_label, listed, number
+from taut.report import cases
+from taut.report import page as report
+from taut.report.document import Claim, Table, Verdict
+from taut.report.helicopter import chapter as helicopter_chapter
+from taut.report.pendulum import chapter as pendulum_chapter
+from taut.report.pendulum import claims, claims_energy
+from taut.report.pendulum.measures import PERIOD, period, tension_error
+from taut.results import Results
 
 SCRIPTS = Path(__file__).resolve().parents[1]
 
@@ -167,7 +173,7 @@ def test_the_script_writes_both_and_prints_the_text(results: Results) -> None:
 def test_a_missing_summary_column_is_told_in_one_line(tmp_path: Path) -> None:
     path = write_all(tmp_path) / "figure1" / "summary.csv"
     path.write_text(path.read_text().replace("max_phi,", "other,"))
-    with pytest.raises(DataError, match=r"figure1/summary\.csv: no column 'max_phi'; it has case, method"):
+    with pytest.raises(TautError, match=r"figure1/summary\.csv: no column 'max_phi'; it has case, method"):
         claims.compliance(Results(tmp_path))
 
 
@@ -198,7 +204,7 @@ def test_cases_run_with_the_program_of_their_folder(tmp_path: Path) -> None:
     assert told == [1, 2] and len((tmp_path / "out").read_text().splitlines()) == 2
     (folder / "bad.nml").touch()
     jobs = cases.find(tmp_path / "cases", program.parent)
-    with pytest.raises(DataError, match=r"bad\.nml failed: swing: wrong"):
+    with pytest.raises(TautError, match=r"bad\.nml failed: swing: wrong"):
         cases.run_all(jobs, tmp_path / "out", 1, lambda done, job: None)
 
 
@@ -206,12 +212,12 @@ def test_cases_without_a_program_or_with_the_same_name_are_refused(tmp_path: Pat
     for name in ("a", "b"):
         (tmp_path / "cases" / name).mkdir(parents=True)
         (tmp_path / "cases" / name / "same.nml").touch()
-    with pytest.raises(DataError, match="has not been built"):
+    with pytest.raises(TautError, match="has not been built"):
         cases.find(tmp_path / "cases", tmp_path)
     for name in ("a", "b"):
         (tmp_path / name).touch()
         (tmp_path / name).chmod(0o755)
-    with pytest.raises(DataError, match="same folder"):
+    with pytest.raises(TautError, match="same folder"):
         cases.find(tmp_path / "cases", tmp_path)
 
 

@@ -403,8 +403,8 @@ def test_options_that_would_do_nothing_are_refused(sweep: Sweep, tmp_path: Path)
 
 
 def test_a_python_that_cannot_be_started(tmp_path: Path) -> None:
-    (tmp_path / "scripts" / "taut_report").mkdir(parents=True)
-    for name in ("sweep", "taut_report/bootstrap.py"):
+    (tmp_path / "scripts" / "taut").mkdir(parents=True)
+    for name in ("sweep", "taut/__init__.py", "taut/bootstrap.py"):
         shutil.copy(SCRIPT.parent / name, tmp_path / "scripts" / name)
     python = tmp_path / ".venv" / "bin" / "python"
     python.parent.mkdir(parents=True)

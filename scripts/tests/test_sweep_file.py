@@ -6,9 +6,10 @@ from pathlib import Path
 
 import f90nml
 import pytest
-from taut_sweep import sweep_file
-from taut_sweep.files import SweepError
-from taut_sweep.plan import Plan
+
+from taut.errors import TautError
+from taut.sweep import sweep_file
+from taut.sweep.plan import Plan
 
 ROOT = Path(__file__).parents[2]
 
@@ -256,7 +257,7 @@ def test_a_wrong_sweep_file_is_told_in_one_line(tmp_path: Path, case: tuple[str,
     (tmp_path / "t.csv").write_text("a\n1\n")
     path = tmp_path / "sweep.toml"
     path.write_text(text)
-    with pytest.raises(SweepError) as caught:
+    with pytest.raises(TautError) as caught:
         Plan(sweep_file.read(path), "")
     said = str(caught.value)
     assert said.startswith(str(path)) and "\n" not in said
@@ -266,7 +267,7 @@ def test_a_wrong_sweep_file_is_told_in_one_line(tmp_path: Path, case: tuple[str,
 
 @pytest.mark.parametrize("path", sorted((ROOT / "cases").glob("*/*.toml")), ids=lambda path: path.stem)
 def test_the_programs_take_the_examples(pendulum: Path, tmp_path: Path, path: Path) -> None:
-    from taut_sweep.program import check_case
+    from taut.programs import check_case
 
     sweep = sweep_file.read(path)
     plan = Plan(sweep, "")

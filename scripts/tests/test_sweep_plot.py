@@ -6,10 +6,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from taut_report import style
-from taut_sweep import plot as plots
-from taut_sweep import sweep_file
-from taut_sweep.files import SweepError
+
+from taut import style
+from taut.errors import TautError
+from taut.sweep import plot as plots
+from taut.sweep import sweep_file
 
 PARAMETERS = """case = "base.nml"
 [[parameter]]
@@ -38,7 +39,7 @@ def sweep(folder: Path, block: str) -> sweep_file.Sweep:
 def drawn(read: sweep_file.Sweep, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Figure:
     """Draws the first figure of a sweep and keeps it."""
     kept: list[Figure] = []
-    monkeypatch.setattr(plots.plt, "close", lambda: kept.append(plt.gcf()))
+    monkeypatch.setattr(plots.plt, "close", lambda *_: kept.append(plt.gcf()))
     plots.draw(read, read.plots[0], folder, "png")
     monkeypatch.undo()
     plt.close("all")
@@ -97,7 +98,7 @@ def test_the_same_table_makes_the_same_file(tmp_path: Path, kind: str) -> None:
 )
 def test_what_cannot_be_drawn_is_told_in_one_line(tmp_path: Path, block: str, parts: tuple[str, ...]) -> None:
     read = sweep(tmp_path, block)
-    with pytest.raises(SweepError) as caught:
+    with pytest.raises(TautError) as caught:
         plots.draw(read, read.plots[0], tmp_path, "png")
     assert not plt.get_fignums()
     assert "\n" not in str(caught.value)

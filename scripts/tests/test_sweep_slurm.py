@@ -15,8 +15,9 @@ from pathlib import Path
 
 import pytest
 from slurm_cluster import Cluster, NoSlurmError, wait
-from taut_sweep.arrays import sliced
-from taut_sweep.slurm import ended
+
+from taut.sweep.arrays import sliced
+from taut.sweep.slurm import ended
 
 ROOT = Path(__file__).parents[2]
 

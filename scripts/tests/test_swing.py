@@ -17,19 +17,19 @@ from swing_results import (
     write_run,
     write_swing,
 )
-from taut_report import (
-    problems,
-    style,
-    swing,
-    swing_chapter,
-    swing_claims,
-    swing_claims_modal,
-    swing_sketch,
-)
-from taut_report import report as report_module
-from taut_report import swing_measures as measures
-from taut_report.data import DataError, Results, Run
-from taut_report.document import Claim, Table, Verdict
+
+from taut import style
+from taut.errors import TautError
+from taut.report import page as report_module
+from taut.report import problems
+from taut.report.document import Claim, Table, Verdict
+from taut.report.swing import chapter as swing_chapter
+from taut.report.swing import claims as swing_claims
+from taut.report.swing import claims_modal as swing_claims_modal
+from taut.report.swing import figures as swing
+from taut.report.swing import measures
+from taut.report.swing import sketch as swing_sketch
+from taut.results import Results, Run
 
 YES, CONDITION, NO = Verdict.YES, Verdict.CONDITION, Verdict.NO
 
@@ -101,7 +101,7 @@ def test_the_first_alignment_counts_and_there_may_be_none(again: Results) -> Non
     assert measures.events(again, "mesh8") == {} and measures.event_time(again, "mesh8", "none") is None
     path = again.root / "1b" / "events.csv"
     path.write_text("method,what,t\npresent,link-AC,0.6\n")
-    with pytest.raises(DataError, match=r"events\.csv: no columns event and t"):
+    with pytest.raises(TautError, match=r"events\.csv: no columns event and t"):
         measures.events(again, "1b")
     path.unlink()
     assert measures.events(again, "1b") == {}
@@ -311,9 +311,9 @@ def test_a_report_without_some_cases(results: Results, tmp_path: Path, without: 
 
 
 def test_a_problem_without_results_is_left_out_and_the_lead_tells(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="no complete set of results: run scripts/reproduce first"):
+    with pytest.raises(TautError, match="no complete set of results: run scripts/reproduce first"):
         report_module.build(Results(tmp_path))
-    with pytest.raises(DataError, match="has no results: run scripts/reproduce first"):
+    with pytest.raises(TautError, match="has no results: run scripts/reproduce first"):
         problems.drawable(Results(tmp_path))
     write_swing(tmp_path, without=tuple(set(CASES) - {"1a", "1b"}))
     document = report_module.build(Results(tmp_path))

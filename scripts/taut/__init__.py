@@ -1,0 +1,1 @@
+"""What the scripts do: the report, sweeps, pictures of mechanisms and the benchmark, a folder each."""

@@ -1,0 +1,59 @@
+"""The code at hand: its release build."""
+
+import functools
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from taut.benchmark.entrant import Array, Entrant, Peer, Problem, Run
+from taut.benchmark.peers.program import arguments, call, read_run
+from taut.bootstrap import ROOT
+from taut.programs import release
+
+# Names in tables, and the methods behind them as app/taut_benchmark.f90 takes them.
+METHODS = {
+    "taut": "present",
+    "taut, stages as they are": "present-stage-none",
+    "taut, Eq. (8)": "baseline",
+}
+# The problems that app/taut_benchmark.f90 has a model of, and what of its state the problem asks for.
+MODELS: dict[str, Callable[[int, Array], Array]] = {
+    "pendulum": lambda _size, state: state,
+    "chain": lambda _size, state: state,
+    # Between two tips there is the center of the rod that joins them.
+    "four-bar": lambda size, state: state.reshape(2, 2 * size + 1, 2)[:, ::2].ravel(),
+}
+# From this size on, a single tolerance.
+LARGE = 10000
+
+
+@functools.cache
+def program() -> Path:
+    """Builds the program once."""
+    return release("taut_benchmark")
+
+
+def version() -> str:
+    """Returns the version in fpm.toml."""
+    found = re.search(r'(?m)^version = "([^"]+)"', (ROOT / "fpm.toml").read_text(encoding="utf-8"))
+    return found[1] if found else "unknown"
+
+
+def entrants(problem: Problem, size: int) -> Sequence[Entrant]:
+    """Returns one entrant for each method."""
+    if problem.name not in MODELS:
+        return []
+
+    def entrant(label: str, method: str) -> Entrant:
+        def run(rtol: float, seconds: float) -> Run:
+            done = read_run(call([program(), *arguments(problem, size, method, rtol, seconds)]))
+            return replace(done, state=MODELS[problem.name](size, done.state))
+
+        settings = problem.tolerances if size < LARGE else (1e-6,)
+        return Entrant(label, "taut", settings, run)
+
+    return [entrant(label, method) for label, method in METHODS.items()]
+
+
+PEER = Peer("taut", version, entrants)

@@ -1,0 +1,66 @@
+"""Runs case files, several at a time: the program of cases/<name>/*.nml is <name>."""
+
+import os
+import subprocess
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+from taut.errors import TautError
+from taut.programs import ONE_THREAD, last_line
+
+
+@dataclass(frozen=True)
+class Job:
+    """A case file and the program that runs it."""
+
+    program: Path
+    case: Path
+
+    @property
+    def name(self) -> str:
+        """The case as messages name it, such as pendulum/figure1."""
+        return f"{self.case.parent.name}/{self.case.stem}"
+
+
+def find(folder: Path, programs: Path) -> list[Job]:
+    """Returns the jobs for all case files below a folder."""
+    jobs = [Job(programs / path.parent.name, path) for path in sorted(folder.glob("*/*.nml"))]
+    if not jobs:
+        raise TautError(f"{folder} has no case files (*/*.nml)")
+    seen: dict[str, Job] = {}
+    for job in jobs:
+        if not os.access(job.program, os.X_OK):
+            raise TautError(f"{job.case} needs the program {job.program}, which has not been built")
+        # Results go to <out>/<case>, whatever the program.
+        other = seen.setdefault(job.case.stem, job)
+        if other is not job:
+            raise TautError(f"{other.case} and {job.case} would write to the same folder: rename one")
+    return jobs
+
+
+def run_all(jobs: Sequence[Job], out: Path, workers: int, tell: Callable[[int, Job], None]) -> None:
+    """Runs the jobs, tells after each one how many are done, and stops at the first that fails."""
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        futures = {pool.submit(_run, job, out): job for job in jobs}
+        try:
+            for done, future in enumerate(as_completed(futures), start=1):
+                future.result()
+                tell(done, futures[future])
+        except BaseException:
+            # What runs already is waited for, the rest is not begun.
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _run(job: Job, out: Path) -> None:
+    """Runs one case; its error is the program's last line, or its exit code if it says nothing."""
+    command = [str(job.program.resolve()), str(job.case), "--out", str(out), "--quiet"]
+    environment = os.environ | ONE_THREAD
+    ended = subprocess.run(
+        command, capture_output=True, text=True, errors="replace", env=environment, check=False
+    )
+    if ended.returncode != 0:
+        said = last_line(ended.stderr.strip() or ended.stdout, ended.returncode)
+        raise TautError(f"{job.case} failed: {said}")

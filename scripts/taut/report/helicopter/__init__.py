@@ -1,0 +1,1 @@
+"""The helicopter blade: Sect. 4.3 of the paper."""

@@ -1,0 +1,1 @@
+"""The pendulum: Sect. 4.1 of the paper."""

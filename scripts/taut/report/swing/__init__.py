@@ -1,0 +1,1 @@
+"""The swing: Sect. 4.2 of the paper."""

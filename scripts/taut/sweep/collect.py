@@ -1,0 +1,124 @@
+"""Joins what the runs wrote: a table of summaries, their timing, and chosen columns of the trajectories."""
+
+import csv
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from taut.case_file import plain
+from taut.errors import TautError
+from taut.files import whole
+from taut.results import Array, Run, last_file, read_run, read_table
+from taut.sweep.plan import Plan
+from taut.sweep.store import FINISHED, RESULTS, TABLE, TIMING, TRAJECTORIES, Store, record_of
+from taut.sweep.sweep_file import Quantity, Sweep
+
+# What the timing says of a run besides.
+RECORDED = ("host", "start", "end", "attempts")
+# Not in the table: the name is the same in every run, and the time is different in each.
+APART = ("case", "wall_seconds")
+AGAIN = "remove its folder and scripts/sweep run it again"
+
+
+def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
+    """Writes the tables and returns their paths; runs without results are refused or, if wished, left out."""
+    sweep = plan.sweep
+    store.scan()
+    found = []
+    missing = 0
+    for run in plan.runs:
+        folder = store.folder(run)
+        record = record_of(folder, run)
+        if record and record["state"] in FINISHED and (source := last_file(folder / RESULTS)):
+            found.append((run, folder, [record[key] for key in RECORDED], source))
+        else:
+            missing += plan.first(run)
+    if missing and not partial:
+        raise TautError(
+            f"{missing} of {len(plan.different)} runs have no results; "
+            "scripts/sweep run them, or take --partial"
+        )
+    if not found:
+        raise TautError("no run has results; scripts/sweep run them first")
+    with ExitStack() as stack:
+        paths = [store.root / TABLE, store.root / TIMING]
+        table, timing = (stack.enter_context(_writer(path)) for path in paths)
+        trajectories = None
+        if sweep.trajectories:
+            paths.append(store.root / TRAJECTORIES)
+            trajectories = stack.enter_context(_writer(paths[-1]))
+            trajectories.writerow(["run", *sweep.columns, "method", "t", *sweep.trajectories])
+        header: list[str] | None = None
+        for run, folder, times, source in found:
+            summary = read_table(source, remedy=AGAIN)
+            names = summary.header
+            if header is None:
+                header = names
+                check_names(sweep, names)
+                kept = [name for name in names if name not in APART]
+                table.writerow(["run", *sweep.columns, *kept, *(q.name for q in sweep.quantities)])
+                timing.writerow(["run", "method", "wall_seconds", *RECORDED])
+            elif names != header:
+                raise TautError(f"{source}: the columns are other than those of the runs before")
+            parameters = [run.index, *map(plain, run.values)]
+            for row in summary.records():
+                method = row.get("method", "")
+                path = folder / RESULTS / f"{method}.csv"
+                numbers = [_number(read_run(path, remedy=AGAIN), quantity) for quantity in sweep.quantities]
+                table.writerow([*parameters, *(row[name] for name in kept), *numbers])
+                timing.writerow([run.index, method, row.get("wall_seconds", ""), *times])
+                if trajectories:
+                    for line in _lines(path, sweep.trajectories):
+                        trajectories.writerow([*parameters, method, *line])
+    return paths
+
+
+def _number(run: Run, quantity: Quantity) -> str:
+    """Returns a quantity as text; nothing if the run ended before its window."""
+    t, values = run["t"], run[quantity.column]
+    inside = (t >= quantity.start) & (t <= quantity.end)
+    t, values = t[inside], values[inside]
+    return repr(float(_take(quantity.take, t, values))) if t.size else ""
+
+
+def _lines(path: Path, columns: list[str]) -> Iterator[tuple[str, ...]]:
+    """Returns the rows of chosen columns as they are written, time first."""
+    table = read_table(path, remedy=AGAIN)
+    return zip(*(table.column(name) for name in ("t", *columns)), strict=True)
+
+
+def _take(take: str, t: Array, values: Array) -> Any:
+    """Returns one number of a column."""
+    match take:
+        case "max":
+            return values.max()
+        case "min":
+            return values.min()
+        case "abs-max":
+            return np.abs(values).max()
+        case "max-change":
+            return np.abs(values - values[0]).max()
+        case "mean":
+            # Over time, for steps are of different length.
+            return np.trapezoid(values, t) / (t[-1] - t[0]) if t[-1] > t[0] else values.mean()
+        case _:
+            return values[-1]
+
+
+def check_names(sweep: Sweep, header: list[str]) -> None:
+    """Refuses names that the program's own columns have: a table has each name once."""
+    for name in (*sweep.columns, *(quantity.name for quantity in sweep.quantities)):
+        if name in header:
+            raise TautError(
+                f"{sweep.path}: the name '{name}' is that of a column of {sweep.app}; give another"
+            )
+
+
+@contextmanager
+def _writer(path: Path) -> Iterator[Any]:
+    """Opens a CSV file that gets its name when it is whole."""
+    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        yield csv.writer(file, lineterminator="\n")
