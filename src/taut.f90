@@ -64,8 +64,9 @@ module taut
    public :: check_method, new_constrained_ode
    public :: consistent_start, start_report_t, verify, finding_t, projection_matrices
    public :: equilibrium, equilibrium_options_t, equilibrium_result_t, eigenmodes, modes_options_t, modes_t
+   public :: integrator_names, stepper_t, step_control_t, controller_constants_t, work_t
    public :: ode_system_t, integrator_t, projector_t, pseudo_inverse_t, path_name
-   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection
+   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot
    public :: status_name, status_reached_end, status_event, status_step_too_small, status_too_many_steps, &
              status_not_finite, status_rhs_failed, status_projection_failed, status_output_failed, status_not_started, &
              status_interrupted

@@ -156,6 +156,9 @@ contains
       call pendulum(model, at, 1)
       options%output_dt = 0.013_wp
       call compare('output between the steps', model, at, 1.0_wp, method_t(), options, failure)
+      options%integrator = 'dop853'
+      call compare('order 8', model, at, 3.0_wp, method_t(), options, failure)
+      options%integrator = 'dopri5'
       options%step_control = 'odepkg-2009'
       call compare('the error test of 2009', model, at, 1.0_wp, method_t(), options, failure)
       options%step_control = 'fixed'

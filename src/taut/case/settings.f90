@@ -107,14 +107,15 @@ contains
       type(settings_t), intent(inout) :: settings
       type(error_t), allocatable, intent(inout) :: error
       character(*), parameter :: names = 't_start, t_end, rtol, atol, first_step, min_step, max_step, max_steps, '// &
-                                 'step_control, norm, projection_limit'
+                                 'integrator, step_control, norm, projection_limit'
       real(wp) :: t_start, t_end, rtol, atol, first_step, min_step, max_step, projection_limit
       integer :: i, max_steps, status
       character(len=len(settings%options%step_control)) :: step_control
+      character(len=len(settings%options%integrator)) :: integrator
       character(len=len(settings%options%norm)) :: norm
       character(len=200) :: message
-      namelist /integration/ t_start, t_end, rtol, atol, first_step, min_step, max_step, max_steps, step_control, norm, &
-         projection_limit
+      namelist /integration/ t_start, t_end, rtol, atol, first_step, min_step, max_step, max_steps, integrator, step_control, &
+         norm, projection_limit
 
       t_start = settings%t_start
       t_end = settings%t_end
@@ -124,6 +125,7 @@ contains
       min_step = settings%options%min_step
       max_step = settings%options%max_step
       max_steps = settings%options%max_steps
+      integrator = settings%options%integrator
       step_control = settings%options%step_control
       norm = settings%options%norm
       projection_limit = settings%options%projection_limit
@@ -143,6 +145,7 @@ contains
       settings%options%min_step = min_step
       settings%options%max_step = max_step
       settings%options%max_steps = max_steps
+      settings%options%integrator = integrator
       settings%options%step_control = step_control
       settings%options%norm = norm
       settings%options%projection_limit = projection_limit

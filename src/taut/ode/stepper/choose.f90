@@ -2,13 +2,14 @@
 module taut_ode_stepper_choose
    use taut_error, only: error_t, raise
    use taut_ode_stepper, only: stepper_t
+   use taut_ode_stepper_dop853, only: dop853_t
    use taut_ode_stepper_dormand_prince, only: dormand_prince_t
    implicit none (type, external)
    private
    public :: choose_stepper, integrator_names
 
    !> All of them.
-   character(len=16), parameter :: integrator_names(1) = [character(len=16) :: 'dopri5']
+   character(len=16), parameter :: integrator_names(2) = [character(len=16) :: 'dopri5', 'dop853']
 
 contains
 
@@ -26,6 +27,8 @@ contains
       select case (name)
       case ('dopri5')
          allocate (dormand_prince_t :: stepper)
+      case ('dop853')
+         allocate (dop853_t :: stepper)
       case default
          known = ''
          do i = 1, size(integrator_names)

@@ -22,13 +22,14 @@ module taut_ode_stepper_dormand_prince
       [0.0_wp, 1.0_wp/5.0_wp, 3.0_wp/10.0_wp, 4.0_wp/5.0_wp, 8.0_wp/9.0_wp, 1.0_wp, 1.0_wp]
 
    !> Coefficients a_ij, one column per stage i; the last column holds the weights of order 5.
-   real(wp), parameter :: a(6, 2:stages) = reshape([ &
+   real(wp), parameter :: a(6, stages) = reshape([ &
+      0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
       1.0_wp/5.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
       3.0_wp/40.0_wp, 9.0_wp/40.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
       44.0_wp/45.0_wp, -56.0_wp/15.0_wp, 32.0_wp/9.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
       19372.0_wp/6561.0_wp, -25360.0_wp/2187.0_wp, 64448.0_wp/6561.0_wp, -212.0_wp/729.0_wp, 0.0_wp, 0.0_wp, &
       9017.0_wp/3168.0_wp, -355.0_wp/33.0_wp, 46732.0_wp/5247.0_wp, 49.0_wp/176.0_wp, -5103.0_wp/18656.0_wp, 0.0_wp, &
-      35.0_wp/384.0_wp, 0.0_wp, 500.0_wp/1113.0_wp, 125.0_wp/192.0_wp, -2187.0_wp/6784.0_wp, 11.0_wp/84.0_wp], [6, 6])
+      35.0_wp/384.0_wp, 0.0_wp, 500.0_wp/1113.0_wp, 125.0_wp/192.0_wp, -2187.0_wp/6784.0_wp, 11.0_wp/84.0_wp], [6, stages])
 
    !> Weights of order 5 less those of order 4.
    real(wp), parameter :: e(stages) = &
@@ -48,7 +49,6 @@ module taut_ode_stepper_dormand_prince
       procedure :: init
       procedure :: prepare_dense
       procedure :: interpolate
-      procedure, nopass :: stage_state
       procedure, nopass :: estimate
    end type dormand_prince_t
 
@@ -65,55 +65,9 @@ contains
       ! Those of the code DOPRI5 of the book.
       self%constants = controller_constants_t(exponent=1.0_wp/order - 0.75_wp*0.04_wp, memory=0.04_wp, &
                                               largest_decrease=0.2_wp, largest_increase=10.0_wp)
-      call self%allocate_stages(n, node, stages, 1)
+      call self%set_tableau(n, stages, node, a, 1)
       allocate (self%dense(n, 5), source=0.0_wp)
    end subroutine init
-
-   !> The state of a stage; for the last stage, the new state.
-   pure subroutine stage_state(n, stage, h, y, k, y_stage)
-      !> Size of the state.
-      integer, intent(in) :: n
-      !> 2 to `stages`.
-      integer, intent(in) :: stage
-      !> Step [s].
-      real(wp), intent(in) :: h
-      !> State at the step's start: (n).
-      real(wp), intent(in) :: y(n)
-      !> Derivatives of the stages before: (n, stages).
-      real(wp), intent(in) :: k(n, *)
-      !> State of the stage: (n).
-      real(wp), intent(out) :: y_stage(n)
-      real(wp) :: c(6)
-      integer :: i
-
-      c = h*a(:, stage)
-      select case (stage)
-      case (2)
-         do i = 1, n
-            y_stage(i) = y(i) + c(1)*k(i, 1)
-         end do
-      case (3)
-         do i = 1, n
-            y_stage(i) = y(i) + (c(1)*k(i, 1) + c(2)*k(i, 2))
-         end do
-      case (4)
-         do i = 1, n
-            y_stage(i) = y(i) + (c(1)*k(i, 1) + c(2)*k(i, 2) + c(3)*k(i, 3))
-         end do
-      case (5)
-         do i = 1, n
-            y_stage(i) = y(i) + (c(1)*k(i, 1) + c(2)*k(i, 2) + c(3)*k(i, 3) + c(4)*k(i, 4))
-         end do
-      case (6)
-         do i = 1, n
-            y_stage(i) = y(i) + (c(1)*k(i, 1) + c(2)*k(i, 2) + c(3)*k(i, 3) + c(4)*k(i, 4) + c(5)*k(i, 5))
-         end do
-      case default
-         do i = 1, n
-            y_stage(i) = y(i) + (c(1)*k(i, 1) + c(3)*k(i, 3) + c(4)*k(i, 4) + c(5)*k(i, 5) + c(6)*k(i, 6))
-         end do
-      end select
-   end subroutine stage_state
 
    !> The solution of order 5 less that of order 4.
    pure subroutine estimate(h, k, error)

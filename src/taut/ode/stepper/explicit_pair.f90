@@ -1,57 +1,46 @@
 !> Explicit Runge-Kutta pairs whose last stage is evaluated at the new state ('first same as last').
 !!
-!! A pair states its tableau (`stage_state`, `estimate`, `node`) and its continuous extension; the step itself is the same.
+!! A pair states its tableau as data, its error estimates and its continuous extension; the step itself is the same.
 module taut_ode_stepper_explicit_pair
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_ode_step_control, only: step_control_t
-   use taut_ode_stepper, only: finite, stepper_t
+   use taut_ode_stepper, only: stepper_t
    use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry
    implicit none (type, external)
    private
    public :: explicit_pair_t
 
+   !> Room for tableaus, in which the hot loops find their coefficients faster than in allocatable arrays; and the terms that
+   !! are summed in one loop.
+   integer, parameter :: most_stages = 16, most_terms = 14, at_once = 6
+
    !> A pair.
    type, abstract, extends(stepper_t) :: explicit_pair_t
       !> Number of stages; the derivative of the last one is that of the new state.
       integer :: stages = 0
-      !> Nodes c_i: (stages).
+      !> Nodes c_i: (at least stages).
       real(wp), allocatable :: node(:)
-      !> Derivatives of the stages: (n, at least stages).
+      !> Derivatives of the stages, and of those of the continuous extension behind them: (n, at least stages).
       real(wp), allocatable :: k(:, :)
       !> Estimates of the local error, see `step_control_t%decide`: (n, estimates).
       real(wp), allocatable :: error(:, :)
       real(wp), allocatable, private :: y_work(:)
+      !> Coefficients a_ij that are not zero, how many there are for stage i, and their j.
+      real(wp), private :: a(most_terms, most_stages) = 0.0_wp
+      integer, private :: terms(most_stages) = 0, column(most_terms, most_stages) = 1
    contains
-      procedure :: allocate_stages
+      procedure, non_overridable :: set_tableau
+      procedure, non_overridable :: stage_state
       procedure :: start
       procedure :: first_step
       procedure :: try
       procedure :: accept
       procedure :: serialize
-      procedure(state_of_stage), deferred, nopass :: stage_state
       procedure(error_estimates), deferred, nopass :: estimate
    end type explicit_pair_t
 
    abstract interface
-      !> The state of a stage; for the last stage, the new state.
-      pure subroutine state_of_stage(n, stage, h, y, k, y_stage)
-         import :: wp
-         implicit none (type, external)
-         !> Size of the state.
-         integer, intent(in) :: n
-         !> 2 to `stages`.
-         integer, intent(in) :: stage
-         !> Step [s].
-         real(wp), intent(in) :: h
-         !> State at the step's start: (n).
-         real(wp), intent(in) :: y(n)
-         !> Derivatives of the stages before: (n, stages).
-         real(wp), intent(in) :: k(n, *)
-         !> State of the stage: (n).
-         real(wp), intent(out) :: y_stage(n)
-      end subroutine state_of_stage
-
       !> Estimates of the local error.
       pure subroutine error_estimates(h, k, error)
          import :: wp
@@ -67,24 +56,89 @@ module taut_ode_stepper_explicit_pair
 
 contains
 
-   !> Allocates what all pairs have.
-   subroutine allocate_stages(self, n, node, columns, estimates)
+   !> Takes a tableau and allocates what all pairs have.
+   subroutine set_tableau(self, n, stages, node, a, estimates)
       !> The pair.
       class(explicit_pair_t), intent(inout) :: self
       !> Size of the state.
       integer, intent(in) :: n
-      !> Nodes c_i: (stages).
+      !> Number of stages; further ones are those of the continuous extension.
+      integer, intent(in) :: stages
+      !> Nodes c_i: (all stages).
       real(wp), intent(in) :: node(:)
-      !> Number of derivatives kept, those of the continuous extension included.
-      integer, intent(in) :: columns
+      !> Coefficients a_ij, one column for each stage i; column `stages` holds the weights of the solution: (j, all stages).
+      real(wp), intent(in) :: a(:, :)
       !> Number of error estimates.
       integer, intent(in) :: estimates
+      integer :: i, j
 
       self%n = n
-      self%stages = size(node)
+      self%stages = stages
       self%node = node
-      allocate (self%k(n, columns), self%error(n, estimates), self%y_work(n), source=0.0_wp)
-   end subroutine allocate_stages
+      do i = 1, size(node)
+         do j = 1, size(a, 1)
+            if (abs(a(j, i)) <= 0.0_wp) cycle
+            self%terms(i) = self%terms(i) + 1
+            self%a(self%terms(i), i) = a(j, i)
+            self%column(self%terms(i), i) = j
+         end do
+      end do
+      allocate (self%k(n, size(node)), self%error(n, estimates), self%y_work(n), source=0.0_wp)
+   end subroutine set_tableau
+
+   !> The state of a stage, y + h sum_j a_ij k_j; for the last stage, the new state.
+   pure subroutine stage_state(self, stage, h, y, y_stage)
+      !> The pair, with the derivatives of the stages before in `k`.
+      class(explicit_pair_t), intent(in) :: self
+      !> From 2 on.
+      integer, intent(in) :: stage
+      !> Step [s].
+      real(wp), intent(in) :: h
+      !> State at the step's start: (n).
+      real(wp), intent(in) :: y(self%n)
+      !> State of the stage: (n).
+      real(wp), intent(out) :: y_stage(self%n)
+      real(wp) :: c(at_once)
+      integer :: i, j(at_once), m
+
+      c(:) = h*self%a(:at_once, stage)
+      j(:) = self%column(:at_once, stage)
+      associate (n => self%n, k => self%k)
+         select case (self%terms(stage))
+         case (1)
+            do i = 1, n
+               y_stage(i) = y(i) + c(1)*k(i, j(1))
+            end do
+         case (2)
+            do i = 1, n
+               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)))
+            end do
+         case (3)
+            do i = 1, n
+               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)))
+            end do
+         case (4)
+            do i = 1, n
+               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)))
+            end do
+         case (5)
+            do i = 1, n
+               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)) + c(5)*k(i, j(5)))
+            end do
+         case default
+            ! Coefficients beyond the last term are zero.
+            do i = 1, n
+               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)) + &
+                                    c(5)*k(i, j(5)) + c(6)*k(i, j(6)))
+            end do
+            do m = at_once + 1, self%terms(stage)
+               do i = 1, n
+                  y_stage(i) = y_stage(i) + (h*self%a(m, stage))*k(i, self%column(m, stage))
+               end do
+            end do
+         end select
+      end associate
+   end subroutine stage_state
 
    !> The derivative at a start.
    subroutine start(self, ode, t, y, info)
@@ -193,9 +247,10 @@ contains
       h_next = h
       info = rhs_ok
       do i = 2, self%stages
-         call self%stage_state(self%n, i, h, y, self%k, y_new)
+         call self%stage_state(i, h, y, y_new)
          if (i == self%stages) then
-            if (.not. finite(self%n, y_new)) info = rhs_retry
+            ! The derivatives are finite, their sum need not be.
+            if (.not. all(abs(y_new) <= huge(1.0_wp))) info = rhs_retry
          end if
          if (info /= rhs_ok) return
          t_stage = t + self%node(i)*h
