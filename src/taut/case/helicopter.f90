@@ -1,100 +1,85 @@
 !> Case files of the helicopter blade.
 module taut_case_helicopter
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise
-   use taut_case_namelist_file, only: namelist_file_t, group_t
-   use taut_case_settings, only: settings_t, read_settings, shared_groups
+   use taut_error, only: error_t
+   use taut_case_entries, only: entries_t
+   use taut_case_model_group, only: model_group_t
    use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_model_helicopter, only: helicopter_t, helicopter_data_t, new_helicopter
    implicit none (type, external)
    private
-   public :: read_helicopter
+   public :: helicopter_group_t
 
-contains
-
-   !> Reads a case file; what it leaves out has the values of Table 3 and Sect. 4.3.
+   !> &helicopter; what it leaves out has the values of Table 3 and Sect. 4.3.
    !!
    !! A method that enforces the constraint does without the control system's stiffness K_c, as the paper's `baseline` and
    !! `present` do; the method `unconstrained` has it, as the paper's `penalty`.
-   subroutine read_helicopter(file, model, start, settings, error)
-      !> The case file.
-      type(namelist_file_t), intent(in) :: file
+   type, extends(model_group_t) :: helicopter_group_t
       !> The blade.
-      type(helicopter_t), intent(out) :: model
+      type(helicopter_data_t) :: data
+      !> Initial angles of flap and pitch [rad], and their rates [rad/s].
+      real(wp) :: position(2) = 0.0_wp, velocity(2) = 0.0_wp
+   contains
+      procedure :: declare
+      procedure :: build
+   end type helicopter_group_t
+
+contains
+
+   !> Its entries.
+   subroutine declare(self, entries)
+      !> What the group says.
+      class(helicopter_group_t), intent(inout) :: self
+      !> What passes over them.
+      type(entries_t), intent(inout) :: entries
+
+      call entries%group('helicopter', 'a rigid blade that flaps and pitches, held by its pitch link')
+      associate (it => self%data)
+         call entries%item('omega', it%omega, 'rad/s', 'rotor speed', above=0.0_wp)
+         call entries%item('radius', it%radius, 'm', 'rotor radius', above=0.0_wp)
+         call entries%item('i_b', it%i_b, 'kg m^2', 'inertia of flap', above=0.0_wp)
+         call entries%item('i_f', it%i_f, 'kg m^2', 'inertia of pitch', above=0.0_wp)
+         call entries%item('i_x', it%i_x, 'kg m^2', 'inertia that couples them')
+         call entries%item('gamma', it%gamma, '', 'Lock number', least=0.0_wp)
+         call entries%item('x_beta', it%x_beta, 'm', 'flap hinge from the axis of rotation', least=0.0_wp)
+         call entries%item('x_theta', it%x_theta, 'm', 'point A from the flap hinge, along the blade')
+         call entries%item('y_theta', it%y_theta, 'm', 'point A from the flap hinge, across the blade')
+         call entries%item('b_mean', it%b_mean, 'm', 'point B: mean of x, y, z')
+         call entries%item('b_cosine', it%b_cosine, 'm', 'point B: what goes with cos(omega t)')
+         call entries%item('b_sine', it%b_sine, 'm', 'point B: what goes with sin(omega t)')
+         call entries%item('length', it%length, 'm', 'length of the pitch link', above=0.0_wp)
+         call entries%item('control_frequency', it%control_frequency, '1/rev', &
+                           'of the pitch on the control system''s stiffness', least=0.0_wp)
+         call entries%item('m_beta0', it%m_beta0, 'N m', 'flap moment: constant part')
+         call entries%item('m_beta1', it%m_beta1, 'N m', 'flap moment: factor of cos(omega t + phi_beta1)')
+         call entries%item('phi_beta1', it%phi_beta1, 'rad', 'its phase')
+         call entries%item('m_theta0', it%m_theta0, 'N m', 'pitch moment: constant part')
+         call entries%item('m_theta1', it%m_theta1, 'N m', 'pitch moment: factor of cos(omega t + phi_theta1)')
+         call entries%item('phi_theta1', it%phi_theta1, 'rad', 'its phase')
+      end associate
+      call entries%item('position', self%position, 'rad', 'flap and pitch at the start')
+      call entries%item('velocity', self%velocity, 'rad/s', 'their rates at the start')
+   end subroutine declare
+
+   !> The blade and its start.
+   subroutine build(self, model, start, error)
+      !> What the group says.
+      class(helicopter_group_t), intent(in) :: self
+      !> The blade.
+      class(tabulated_system_t), allocatable, intent(out) :: model
       !> Initial state as given.
       type(state_t), intent(out) :: start
-      !> Tolerances and methods.
-      type(settings_t), intent(out) :: settings
-      !> What is wrong with the file.
+      !> What is wrong with it.
       type(error_t), allocatable, intent(inout) :: error
-      type(helicopter_data_t) :: data
-      real(wp) :: position(2), velocity(2)
-      integer :: i
+      type(helicopter_t), allocatable :: own
 
-      position = 0.0_wp
-      velocity = 0.0_wp
-      call file%only_groups([character(len=11) :: 'helicopter', shared_groups], error, many=['method'])
-      if (allocated(error)) return
-      do i = 1, size(file%groups)
-         if (file%groups(i)%name /= 'helicopter') cycle
-         call read_blade(file, file%groups(i), data, position, velocity, error)
-         if (allocated(error)) return
-         call new_helicopter(model, data, error)
-         if (.not. all(abs([position, velocity]) <= huge(1.0_wp))) &
-            call raise(error, 'helicopter', 'position or velocity is not a number', 'give rad and rad/s')
-         call file%locate(file%groups(i), error)
-      end do
-      if (model%n == 0) call new_helicopter(model, data, error)
-      if (allocated(error)) return
+      allocate (own)
+      call new_helicopter(own, self%data, error)
       allocate (start%w(0))
-      start%x = position
-      start%v = velocity
-      call read_settings(file, settings, error)
-   end subroutine read_helicopter
-
-   !> &helicopter.
-   subroutine read_blade(file, group, data, position, velocity, error)
-      type(namelist_file_t), intent(in) :: file
-      type(group_t), intent(in) :: group
-      type(helicopter_data_t), intent(inout) :: data
-      real(wp), intent(inout) :: position(2), velocity(2)
-      type(error_t), allocatable, intent(inout) :: error
-      character(*), parameter :: names = 'omega, radius, i_b, i_f, i_x, gamma, x_beta, x_theta, y_theta, b_mean, b_cosine, '// &
-                                 'b_sine, length, control_frequency, m_beta0, m_beta1, phi_beta1, m_theta0, m_theta1, '// &
-                                 'phi_theta1, position, velocity'
-      real(wp) :: omega, radius, i_b, i_f, i_x, gamma, x_beta, x_theta, y_theta, b_mean(3), b_cosine(3), b_sine(3), length, &
-                  control_frequency, m_beta0, m_beta1, phi_beta1, m_theta0, m_theta1, phi_theta1
-      integer :: i, status
-      character(len=200) :: message
-      namelist /helicopter/ omega, radius, i_b, i_f, i_x, gamma, x_beta, x_theta, y_theta, b_mean, b_cosine, b_sine, length, &
-         control_frequency, m_beta0, m_beta1, phi_beta1, m_theta0, m_theta1, phi_theta1, position, velocity
-
-      omega = data%omega
-      radius = data%radius
-      i_b = data%i_b
-      i_f = data%i_f
-      i_x = data%i_x
-      gamma = data%gamma
-      x_beta = data%x_beta
-      x_theta = data%x_theta
-      y_theta = data%y_theta
-      b_mean = data%b_mean
-      b_cosine = data%b_cosine
-      b_sine = data%b_sine
-      length = data%length
-      control_frequency = data%control_frequency
-      m_beta0 = data%m_beta0
-      m_beta1 = data%m_beta1
-      phi_beta1 = data%phi_beta1
-      m_theta0 = data%m_theta0
-      m_theta1 = data%m_theta1
-      phi_theta1 = data%phi_theta1
-      do i = 1, size(group%entries)
-         read (group%entries(i)%text, nml=helicopter, iostat=status, iomsg=message)
-         if (status /= 0) call file%complain(group, i, message, names, error)
-      end do
-      data = helicopter_data_t(omega, radius, i_b, i_f, i_x, gamma, x_beta, x_theta, y_theta, b_mean, b_cosine, b_sine, length, &
-                               control_frequency, m_beta0, m_beta1, phi_beta1, m_theta0, m_theta1, phi_theta1)
-   end subroutine read_blade
+      start%x = self%position
+      start%v = self%velocity
+      call move_alloc(own, model)
+   end subroutine build
 
 end module taut_case_helicopter

@@ -11,17 +11,23 @@ module taut_case_namelist_file
    use taut_error, only: error_t, raise, to_text
    implicit none (type, external)
    private
-   public :: namelist_file_t, group_t, entry_t, check_names, given
+   public :: namelist_file_t, group_t, assignment_t, check_names, given
 
    !> One assignment.
-   type :: entry_t
+   type :: assignment_t
       !> What is assigned to, with its subscript, in lower case.
       character(:), allocatable :: name
+      !> The same without the subscript, and the subscript without its parentheses and blanks; empty for none.
+      character(:), allocatable :: base, subscript
+      !> The value as it is written, comments and line ends blanked.
+      character(:), allocatable :: value
       !> A namelist of its own: `&group name = value /`.
       character(:), allocatable :: text
       !> Line of the file.
       integer :: line = 0
-   end type entry_t
+   contains
+      procedure :: shown
+   end type assignment_t
 
    !> One group.
    type :: group_t
@@ -30,7 +36,9 @@ module taut_case_namelist_file
       !> Line of the file at which it begins.
       integer :: line = 0
       !> Its assignments in order.
-      type(entry_t), allocatable :: entries(:)
+      type(assignment_t), allocatable :: entries(:)
+   contains
+      procedure :: place
    end type group_t
 
    !> A case file.
@@ -191,7 +199,7 @@ contains
       character(*), intent(in) :: text
       integer, intent(in) :: line(:)
       type(error_t), allocatable, intent(inout) :: error
-      type(entry_t) :: item
+      type(assignment_t) :: item
       integer, allocatable :: equals(:), starts(:)
       character :: quote
       integer :: i, j, stop_at
@@ -212,7 +220,7 @@ contains
       if (size(starts) > 0) stop_at = starts(1) - 1
       if (len_trim(text(:stop_at)) > 0) then
          j = verify_blank(text)
-         call raise(error, place(self, line(j), group%name), 'a value has no name: "'//word(text(j:))//'"', 'write name = value')
+         call raise(error, group%place(self%path, line(j)), 'a value has no name: "'//word(text(j:))//'"', 'write name = value')
          return
       end if
       do i = 1, size(equals)
@@ -221,23 +229,26 @@ contains
          item%name = lower(trim(text(starts(i):equals(i) - 1)))
          item%line = line(starts(i))
          if (len(item%name) == 0) then
-            call raise(error, place(self, line(equals(i)), group%name), 'there is a = without a name before it', &
+            call raise(error, group%place(self%path, line(equals(i))), 'there is a = without a name before it', &
                        'write name = value')
             return
          end if
          ! A comma alone would be a null value, which leaves the default without a word.
          if (verify(text(equals(i) + 1:stop_at), ' ,') == 0) then
-            call raise(error, place(self, item%line, group%name), item%name//' has no value', 'write name = value')
+            call raise(error, group%place(self%path, item%line), item%name//' has no value', 'write name = value')
             return
          end if
          do j = 1, size(group%entries)
             if (group%entries(j)%name == item%name) then
-               call raise(error, place(self, item%line, group%name), item%name//' is given twice', &
+               call raise(error, group%place(self%path, item%line), item%name//' is given twice', &
                           'remove one; the other is in line '//to_text(group%entries(j)%line))
                return
             end if
          end do
-         item%text = '&'//group%name//' '//item%name//' = '//trim(adjustl(text(equals(i) + 1:stop_at)))//' /'
+         item%base = base_name(item%name)
+         item%subscript = squeezed(item%name(len(item%base) + 1:))
+         item%value = trim(adjustl(text(equals(i) + 1:stop_at)))
+         item%text = '&'//group%name//' '//item%name//' = '//item%value//' /'
          group%entries = [group%entries, item]
       end do
    end subroutine take_entries
@@ -293,7 +304,7 @@ contains
          end if
          do j = 1, i - 1
             if (self%groups(j)%name == self%groups(i)%name) &
-               call raise(error, place(self, self%groups(i)%line, self%groups(i)%name), 'the group is there twice', &
+               call raise(error, self%groups(i)%place(self%path, self%groups(i)%line), 'the group is there twice', &
                           'join it with that in line '//to_text(self%groups(j)%line))
          end do
       end do
@@ -335,13 +346,13 @@ contains
       associate (item => group%entries(index_of_entry))
          ! What the library says is no help here: it takes a word where a number belongs for the next name.
          if (index(', '//names//',', ', '//base_name(item%name)//',') == 0) then
-            call raise(error, place(self, item%line, group%name), 'there is no entry '//item%name, 'the entries are '//names)
+            call raise(error, group%place(self%path, item%line), 'there is no entry '//item%name, 'the entries are '//names)
          else
             value = item%text(index(item%text, '=') + 2:)
             value = value(:len(value) - 2)
             reason = ''
             if (index(message, 'Cannot match') == 0) reason = ' ('//trim(message)//')'
-            call raise(error, place(self, item%line, group%name), item%name//' = '//value//' cannot be read'// &
+            call raise(error, group%place(self%path, item%line), item%name//' = '//value//' cannot be read'// &
                        reason, 'give values of the right type, and not too many (text in quotation marks, numbers without)')
          end if
       end associate
@@ -379,18 +390,51 @@ contains
       !> The error, if there is one.
       type(error_t), allocatable, intent(inout) :: error
 
-      if (allocated(error)) error%where = place(self, group%line, group%name)
+      if (allocated(error)) error%where = self%path//':'//to_text(group%line)//': &'//group%name
    end subroutine locate
 
-   !> Such as `cases/a.nml:12: &method`.
-   pure function place(self, line, group) result(text)
-      class(namelist_file_t), intent(in) :: self
+   !> Such as `cases/a.nml:12: &joint "hinge"`.
+   pure function place(self, path, line) result(text)
+      !> The group.
+      class(group_t), intent(in) :: self
+      !> The case file, and a line of it.
+      character(*), intent(in) :: path
       integer, intent(in) :: line
-      character(*), intent(in) :: group
       character(:), allocatable :: text
+      integer :: i
 
-      text = self%path//':'//to_text(line)//': &'//group
+      text = path//':'//to_text(line)//': &'//self%name
+      if (.not. allocated(self%entries)) return
+      do i = 1, size(self%entries)
+         associate (value => self%entries(i)%value)
+            if (self%entries(i)%name == 'name' .and. index(value, '"') == 1) text = text//' '//value(:index(value(2:), '"') + 1)
+         end associate
+      end do
    end function place
+
+   !> The value as a message shows it: not too long, without the comma that may end it.
+   pure function shown(self) result(text)
+      !> The assignment.
+      class(assignment_t), intent(in) :: self
+      character(:), allocatable :: text
+      integer, parameter :: longest = 60
+
+      text = self%value
+      if (text(len(text):) == ',') text = trim(text(:len(text) - 1))
+      if (len(text) > longest) text = text(:longest)//'...'
+   end function shown
+
+   !> What is between parentheses, without blanks.
+   pure function squeezed(text) result(inside)
+      character(*), intent(in) :: text
+      character(:), allocatable :: inside
+      integer :: i
+
+      inside = ''
+      do i = 1, len(text)
+         if (verify(text(i:i), '() ') == 1) inside = inside//text(i:i)
+      end do
+   end function squeezed
 
    !> Position of the first character that is not blank; one past the end if there is none.
    pure function verify_blank(text) result(position)

@@ -1,26 +1,47 @@
-!> The groups that every case file has: &integration, &output and one &method for each method that is run.
+!> The groups that every case file may have: &integration, &output and one &method for each method that is run.
 module taut_case_settings
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
-   use taut_case_namelist_file, only: namelist_file_t, group_t
-   use taut_constrained_method_choose, only: check_method
-   use taut_constrained_method_options, only: method_t
+   use taut_case_entries, only: entries_t
+   use taut_case_group, only: declaration_of, declared_t, group_data_t, read_group
+   use taut_case_namelist_file, only: namelist_file_t
+   use taut_constrained_method_options, only: method_names, method_t
+   use taut_linalg_weighted_projection, only: solver_names
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t
    implicit none (type, external)
    private
-   public :: settings_t, method_entry_t, read_settings, shared_groups
-
-   !> Groups that every case file may have.
-   character(len=11), parameter :: shared_groups(3) = [character(len=11) :: 'integration', 'output', 'method']
+   public :: settings_t, method_entry_t, output_group_t, read_settings, shared_groups
 
    !> A method with the name of its result file.
-   type :: method_entry_t
+   type, extends(group_data_t) :: method_entry_t
       !> Name of the file and of the row in the summary.
       character(:), allocatable :: label
       !> The method.
       type(method_t) :: method
+   contains
+      procedure :: declare => declare_method
    end type method_entry_t
+
+   !> &integration.
+   type, extends(group_data_t) :: integration_group_t
+      !> Start and end [s].
+      real(wp) :: t_start = 0.0_wp, t_end = 10.0_wp
+      !> Tolerances and steps.
+      type(integration_options_t) :: options
+   contains
+      procedure :: declare => declare_integration
+   end type integration_group_t
+
+   !> &output; a model that has more to say there extends it.
+   type, extends(group_data_t) :: output_group_t
+      !> Output spacing [s].
+      real(wp) :: dt = 0.0_wp
+      !> Columns of the CSV files, with * for any characters; not allocated for all.
+      character(:), allocatable :: columns(:)
+   contains
+      procedure :: declare => declare_output
+   end type output_group_t
 
    !> What a case file says apart from the model.
    type :: settings_t
@@ -29,16 +50,111 @@ module taut_case_settings
       !> Tolerances, steps, output spacing.
       type(integration_options_t) :: options
       !> Columns of the CSV files, with * for any characters; blank ones do not count, and none means all.
-      character(len=40) :: columns(100) = ''
+      character(:), allocatable :: columns(:)
       !> Methods to be run side by side.
       type(method_entry_t), allocatable :: methods(:)
    end type settings_t
 
+   !> Columns, iterations and tolerances beyond these are mistakes.
+   integer, parameter :: most_columns = 10000
+   real(wp), parameter :: largest_tolerance = 1.0e3_wp
+
 contains
 
+   !> These groups as they are declared.
+   function shared_groups(weight, output) result(groups)
+      !> The weight of methods that name none. Default: that of `method_t`.
+      character(*), intent(in), optional :: weight
+      !> &output of a model that has more to say there.
+      class(output_group_t), intent(in), optional :: output
+      type(declared_t) :: groups(3)
+      type(method_entry_t) :: method
+
+      if (present(weight)) method%method%weight = weight
+      groups(1) = declaration_of(integration_group_t())
+      if (present(output)) then
+         groups(2) = declaration_of(output)
+      else
+         groups(2) = declaration_of(output_group_t())
+      end if
+      groups(3) = declaration_of(method, many=.true.)
+   end function shared_groups
+
+   !> Entries of &integration.
+   subroutine declare_integration(self, entries)
+      !> What it says.
+      class(integration_group_t), intent(inout) :: self
+      !> What passes over them.
+      type(entries_t), intent(inout) :: entries
+
+      call entries%group('integration', 'times, tolerances and steps')
+      associate (o => self%options)
+         call entries%item('t_start', self%t_start, 's', 'where the integration begins')
+         call entries%item('t_end', self%t_end, 's', 'where it ends')
+         call entries%item('rtol', o%rtol, '', 'relative tolerance of a step', above=0.0_wp, most=largest_tolerance)
+         call entries%item('atol', o%atol, '', 'absolute tolerance of a step, in the unit of each component', least=0.0_wp, &
+                           most=largest_tolerance)
+         call entries%item('first_step', o%first_step, 's', 'first step; 0: chosen', least=0.0_wp)
+         call entries%item('min_step', o%min_step, 's', 'a run that needs shorter steps ends', least=0.0_wp)
+         call entries%item('max_step', o%max_step, 's', 'longest step', above=0.0_wp)
+         call entries%item('max_steps', o%max_steps, 'a run that needs more steps, rejected ones included, ends', least=1)
+         call entries%item('step_control', o%step_control, 'how steps are chosen; "fixed": steps of first_step', &
+                           [character(len=16) :: 'standard', 'fixed', 'odepkg-2009'])
+         call entries%item('norm', o%norm, 'norm of the error of a step', [character(len=3) :: 'rms', 'max'])
+         call entries%item('projection_limit', o%projection_limit, '', &
+                           'a step whose projection moves the state by more, in units of the tolerance, is rejected', above=0.0_wp)
+      end associate
+   end subroutine declare_integration
+
+   !> Entries of &output.
+   subroutine declare_output(self, entries)
+      !> What it says.
+      class(output_group_t), intent(inout) :: self
+      !> What passes over them.
+      type(entries_t), intent(inout) :: entries
+
+      call entries%group('output', 'what is written of a run')
+      call entries%item('dt', self%dt, 's', 'time between two rows; 0: every step', least=0.0_wp)
+      call entries%option('columns', self%columns, 'columns that are written, with * for any characters; without: all', most_columns)
+   end subroutine declare_output
+
+   !> Entries of &method.
+   subroutine declare_method(self, entries)
+      !> What it says.
+      class(method_entry_t), intent(inout) :: self
+      !> What passes over them.
+      type(entries_t), intent(inout) :: entries
+
+      call entries%group('method', 'a method that enforces the constraints; each is run')
+      associate (m => self%method)
+         call entries%item('name', m%name, 'which one', method_names)
+         call entries%option('label', self%label, 'name of its file of results; without: that of the method')
+         call entries%item('weight', m%weight, 'metric W of the projections', [character(len=8) :: 'identity', 'mass', 'given'])
+         call entries%item('stage_projection', m%stage_projection, 'present: whether the position of each stage is projected', &
+                           [character(len=6) :: 'newton', 'none'])
+         call entries%item('state_projection', m%state_projection, 'present: what is projected after each step', &
+                           [character(len=17) :: 'none', 'position', 'position-velocity'])
+         call entries%item('form', m%form, 'present: what is corrected', [character(len=12) :: 'acceleration', 'force'])
+         call entries%item('solver', m%solver, 'how A M^-1 A^T is factorized', solver_names)
+         call entries%item('rcond', m%rcond, '', 'relative size below which a row counts as redundant; 0: the solver''s own', &
+                           least=0.0_wp, most=1.0_wp)
+         call entries%item('alpha', m%alpha, '1/s', 'baumgarte: gain of phidot')
+         call entries%item('beta', m%beta, '1/s', 'baumgarte: gain of phi')
+         call entries%item('dt', m%dt, 's', 'braun-goldfarb: time in which a violation decays')
+         call entries%item('correction_tolerance', m%correction_tolerance, '', 'yu-chen: a violation beyond it is corrected')
+         call entries%item('stiffness', m%stiffness, '', 'penalty: force for each unit of phi')
+         call entries%item('damping', m%damping, '', 'penalty: force for each unit of phidot')
+         call entries%item('projection_tolerance', m%projection_tolerance, '', 'largest entry of phi that counts as none', &
+                           above=0.0_wp, most=largest_tolerance)
+         call entries%item('max_iterations', m%max_iterations, 'iterations of a projection', least=1)
+         call entries%item('accept_inconsistent', m%accept_inconsistent, &
+                           'whether constraints that cannot all be met are carried on with')
+      end associate
+   end subroutine declare_method
+
    !> Reads and checks these groups.
-   subroutine read_settings(file, settings, error, weight, more_output)
-      !> The case file.
+   subroutine read_settings(file, settings, error, weight, output)
+      !> The case file, whose groups were checked.
       type(namelist_file_t), intent(in) :: file
       !> What it says.
       type(settings_t), intent(inout) :: settings
@@ -46,40 +162,59 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       !> The weight of methods that name none. Default: that of `method_t`.
       character(*), intent(in), optional :: weight
-      !> Entries of &output that the model's reader takes, separated by commas and blanks. Default: none.
-      character(*), intent(in), optional :: more_output
+      !> &output of a model that has more to say there. Default: nothing more.
+      class(output_group_t), intent(inout), optional :: output
+      type(integration_group_t) :: integration
+      type(output_group_t) :: plain_output
       type(integrator_t) :: checked
       type(method_entry_t) :: one
-      integer :: i
+      integer :: i, methods
 
-      allocate (settings%methods(0))
+      integration%t_start = settings%t_start
+      allocate (settings%methods(max(1, count([(file%groups(i)%name == 'method', i=1, size(file%groups))]))))
+      methods = 0
       do i = 1, size(file%groups)
          if (allocated(error)) return
          select case (file%groups(i)%name)
          case ('integration')
-            call read_integration(file, file%groups(i), settings, error)
-            if (allocated(error)) return
-            call checked%init(1, settings%options, error)
-            call file%locate(file%groups(i), error)
+            call read_group(file, file%groups(i), integration, error)
+            if (.not. allocated(error)) then
+               call checked%init(1, integration%options, error)
+               call file%locate(file%groups(i), error)
+            end if
          case ('output')
-            call read_output(file, file%groups(i), settings, more_output, error)
-            if (allocated(error)) return
-            call checked%init(1, settings%options, error)
-            call file%locate(file%groups(i), error)
+            if (present(output)) then
+               call read_group(file, file%groups(i), output, error)
+            else
+               call read_group(file, file%groups(i), plain_output, error)
+            end if
          case ('method')
-            call read_method(file, file%groups(i), weight, one, error)
+            one = method_entry_t()
+            if (present(weight)) one%method%weight = weight
+            call read_group(file, file%groups(i), one, error)
             if (allocated(error)) return
-            call check_method(one%method, error)
-            call check_label(one%label, settings%methods, error)
+            if (.not. allocated(one%label)) one%label = trim(one%method%name)
+            call one%method%check(error)
+            call check_label(one%label, settings%methods(:methods), error)
             call file%locate(file%groups(i), error)
-            settings%methods = [settings%methods, one]
+            methods = methods + 1
+            settings%methods(methods) = one
          end select
       end do
-      if (size(settings%methods) == 0 .and. .not. allocated(error)) then
-         one = method_entry_t()
-         one%label = 'present'
-         if (present(weight)) one%method%weight = weight
-         settings%methods = [one]
+      if (allocated(error)) return
+      if (methods == 0) then
+         settings%methods(1)%label = 'present'
+         if (present(weight)) settings%methods(1)%method%weight = weight
+      end if
+      settings%t_start = integration%t_start
+      settings%t_end = integration%t_end
+      settings%options = integration%options
+      if (present(output)) plain_output = output_group_t(output%dt, output%columns)
+      settings%options%output_dt = plain_output%dt
+      if (allocated(plain_output%columns)) then
+         call move_alloc(plain_output%columns, settings%columns)
+      else
+         allocate (character(len=1) :: settings%columns(0))
       end if
    end subroutine read_settings
 
@@ -99,138 +234,5 @@ contains
             call raise(error, 'method', 'two methods have the label "'//label//'"', 'give one of them another label')
       end do
    end subroutine check_label
-
-   !> &integration.
-   subroutine read_integration(file, group, settings, error)
-      type(namelist_file_t), intent(in) :: file
-      type(group_t), intent(in) :: group
-      type(settings_t), intent(inout) :: settings
-      type(error_t), allocatable, intent(inout) :: error
-      character(*), parameter :: names = 't_start, t_end, rtol, atol, first_step, min_step, max_step, max_steps, '// &
-                                 'integrator, step_control, norm, projection_limit'
-      real(wp) :: t_start, t_end, rtol, atol, first_step, min_step, max_step, projection_limit
-      integer :: i, max_steps, status
-      character(len=len(settings%options%step_control)) :: step_control
-      character(len=len(settings%options%integrator)) :: integrator
-      character(len=len(settings%options%norm)) :: norm
-      character(len=200) :: message
-      namelist /integration/ t_start, t_end, rtol, atol, first_step, min_step, max_step, max_steps, integrator, step_control, &
-         norm, projection_limit
-
-      t_start = settings%t_start
-      t_end = settings%t_end
-      rtol = settings%options%rtol
-      atol = settings%options%atol
-      first_step = settings%options%first_step
-      min_step = settings%options%min_step
-      max_step = settings%options%max_step
-      max_steps = settings%options%max_steps
-      integrator = settings%options%integrator
-      step_control = settings%options%step_control
-      norm = settings%options%norm
-      projection_limit = settings%options%projection_limit
-      do i = 1, size(group%entries)
-         read (group%entries(i)%text, nml=integration, iostat=status, iomsg=message)
-         if (status /= 0) call file%complain(group, i, message, names, error)
-      end do
-      if (.not. (abs(t_start) <= huge(t_start) .and. abs(t_end) <= huge(t_end))) then
-         call raise(error, 'integration', 't_start or t_end is not a number', 'give times in seconds')
-         call file%locate(group, error)
-      end if
-      settings%t_start = t_start
-      settings%t_end = t_end
-      settings%options%rtol = rtol
-      settings%options%atol = atol
-      settings%options%first_step = first_step
-      settings%options%min_step = min_step
-      settings%options%max_step = max_step
-      settings%options%max_steps = max_steps
-      settings%options%integrator = integrator
-      settings%options%step_control = step_control
-      settings%options%norm = norm
-      settings%options%projection_limit = projection_limit
-   end subroutine read_integration
-
-   !> &output.
-   subroutine read_output(file, group, settings, more, error)
-      type(namelist_file_t), intent(in) :: file
-      type(group_t), intent(in) :: group
-      type(settings_t), intent(inout) :: settings
-      character(*), intent(in), optional :: more
-      type(error_t), allocatable, intent(inout) :: error
-      character(len=len(settings%columns)) :: columns(size(settings%columns))
-      character(:), allocatable :: names
-      real(wp) :: dt
-      integer :: i, status
-      character(len=200) :: message
-      namelist /output/ dt, columns
-
-      dt = settings%options%output_dt
-      columns = settings%columns
-      names = 'dt, columns'
-      if (present(more)) names = names//', '//more
-      do i = 1, size(group%entries)
-         if (present(more)) then
-            if (index(', '//more//',', ', '//group%entries(i)%name//',') > 0) cycle
-         end if
-         read (group%entries(i)%text, nml=output, iostat=status, iomsg=message)
-         if (status /= 0) call file%complain(group, i, message, names, error)
-      end do
-      settings%options%output_dt = dt
-      settings%columns = columns
-   end subroutine read_output
-
-   !> &method.
-   subroutine read_method(file, group, default_weight, one, error)
-      type(namelist_file_t), intent(in) :: file
-      type(group_t), intent(in) :: group
-      character(*), intent(in), optional :: default_weight
-      type(method_entry_t), intent(out) :: one
-      type(error_t), allocatable, intent(inout) :: error
-      character(*), parameter :: names = 'name, label, weight, stage_projection, state_projection, form, solver, rcond, alpha, '// &
-                                 'beta, dt, correction_tolerance, stiffness, damping, projection_tolerance, max_iterations, '// &
-                                 'accept_inconsistent'
-      character(len=len(one%method%name)) :: name
-      character(len=64) :: label
-      character(len=len(one%method%weight)) :: weight
-      character(len=len(one%method%stage_projection)) :: stage_projection
-      character(len=len(one%method%state_projection)) :: state_projection
-      character(len=len(one%method%form)) :: form
-      character(len=len(one%method%solver)) :: solver
-      real(wp) :: rcond, alpha, beta, dt, correction_tolerance, stiffness, damping, projection_tolerance
-      integer :: i, max_iterations, status
-      logical :: accept_inconsistent
-      character(len=200) :: message
-      namelist /method/ name, label, weight, stage_projection, state_projection, form, solver, rcond, alpha, beta, dt, &
-         correction_tolerance, stiffness, damping, projection_tolerance, max_iterations, accept_inconsistent
-
-      name = one%method%name
-      label = ''
-      weight = one%method%weight
-      if (present(default_weight)) weight = default_weight
-      stage_projection = one%method%stage_projection
-      state_projection = one%method%state_projection
-      form = one%method%form
-      solver = one%method%solver
-      rcond = one%method%rcond
-      alpha = one%method%alpha
-      beta = one%method%beta
-      dt = one%method%dt
-      correction_tolerance = one%method%correction_tolerance
-      stiffness = one%method%stiffness
-      damping = one%method%damping
-      projection_tolerance = one%method%projection_tolerance
-      max_iterations = one%method%max_iterations
-      accept_inconsistent = one%method%accept_inconsistent
-      do i = 1, size(group%entries)
-         read (group%entries(i)%text, nml=method, iostat=status, iomsg=message)
-         if (status /= 0) call file%complain(group, i, message, names, error)
-      end do
-      if (len_trim(label) == 0) label = name
-      one%label = trim(label)
-      one%method = method_t(name, weight, stage_projection, state_projection, form, solver, rcond, alpha, beta, dt, &
-                            correction_tolerance, stiffness, damping, projection_tolerance, max_iterations, &
-                            accept_inconsistent)
-   end subroutine read_method
 
 end module taut_case_settings

@@ -1,0 +1,637 @@
+!> The entries of a group, declared once each. What a group may say passes through one procedure,
+!!
+!!     subroutine declare(self, entries)
+!!        class(rod_t), intent(inout) :: self
+!!        type(entries_t), intent(inout) :: entries
+!!        call entries%group('rod', 'a rigid rod')
+!!        call entries%item('mass', self%mass, 'kg', 'its mass', above=0.0_wp)
+!!        call entries%item('ends', self%ends, 'm', 'x of both ends')
+!!     end subroutine declare
+!!
+!! which reads a case file, or tells the help what there is: a variable that is passed holds the default and takes what the file
+!! says. `item` takes what has a default and a number of values; `option` what may be missing, which stays unallocated then.
+module taut_case_entries
+   use, intrinsic :: iso_fortran_env, only: int64
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_case_entry, only: choice_list, entry_t, joined, range_t, real_range
+   use taut_case_namelist_file, only: group_t
+   use taut_case_spelling, only: nearest_name
+   use taut_case_value, only: read_integer, read_logical, read_real, short_text, split_words, word_t, words_no_separator, &
+                              words_null
+   implicit none (type, external)
+   private
+   public :: entries_t
+
+   !> What passes over the entries of a group.
+   type :: entries_t
+      !> Whether values come from a group of a case file; otherwise what is declared is collected.
+      logical :: reading = .false.
+      !> The group's name and what it is.
+      character(:), allocatable :: name, about
+      !> What was declared.
+      type(entry_t), allocatable :: list(:)
+      !> The first that is wrong with the file.
+      type(error_t), allocatable :: error
+      type(group_t), private :: from
+      character(:), allocatable, private :: path
+      !> Assignments of the file that an entry was met for.
+      logical, allocatable, private :: met(:)
+   contains
+      procedure :: collect
+      procedure :: read_from
+      procedure :: has_unknown
+      procedure :: unknown
+      procedure :: group
+      generic :: item => real_item, reals_item, matrix_item, integer_item, logical_item, text_item
+      generic :: option => real_option, reals_option, integer_option, integers_option, text_option, texts_option
+      procedure, private :: real_item, reals_item, matrix_item, integer_item, logical_item, text_item
+      procedure, private :: real_option, reals_option, integer_option, integers_option, text_option, texts_option
+      procedure, private :: next, add, refuse, pass_numbers, check_text
+   end type entries_t
+
+contains
+
+   !> Makes it ready to collect what is declared.
+   subroutine collect(self)
+      !> The entries.
+      class(entries_t), intent(out) :: self
+
+      allocate (self%list(0))
+   end subroutine collect
+
+   !> Makes it ready to read a group.
+   subroutine read_from(self, path, from)
+      !> The entries.
+      class(entries_t), intent(out) :: self
+      !> The case file.
+      character(*), intent(in) :: path
+      !> The group.
+      type(group_t), intent(in) :: from
+
+      self%reading = .true.
+      self%path = path
+      self%from = from
+      allocate (self%met(size(from%entries)), source=.false.)
+      allocate (self%list(0))
+   end subroutine read_from
+
+   !> Names the group.
+   subroutine group(self, name, about)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case, without the ampersand.
+      character(*), intent(in) :: name
+      !> What it is, in a line.
+      character(*), intent(in) :: about
+
+      if (self%reading) return
+      self%name = name
+      self%about = about
+   end subroutine group
+
+   !> Whether the file says something that nobody declared, and nothing else is wrong.
+   pure logical function has_unknown(self)
+      !> The entries, read.
+      class(entries_t), intent(in) :: self
+
+      has_unknown = .not. (all(self%met) .or. allocated(self%error))
+   end function has_unknown
+
+   !> Complains of what the file says and nobody declared.
+   subroutine unknown(self, declared)
+      !> The entries, read, of which one is unknown.
+      class(entries_t), intent(inout) :: self
+      !> All that are declared.
+      type(entry_t), intent(in) :: declared(:)
+      character(len=64) :: names(size(declared))
+      character(:), allocatable :: meant, remedy
+      integer :: i, k
+
+      k = findloc(self%met, .false., 1)
+      remedy = 'the entries are '
+      do i = 1, size(declared)
+         names(i) = declared(i)%name
+         if (i > 1) remedy = remedy//', '
+         remedy = remedy//declared(i)%name
+      end do
+      meant = nearest_name(self%from%entries(k)%base, names)
+      if (len(meant) > 0) remedy = 'did you mean '//meant//'? The'//remedy(4:)
+      call raise(self%error, self%from%place(self%path, self%from%entries(k)%line), &
+                 'there is no entry '//self%from%entries(k)%name, remedy)
+   end subroutine unknown
+
+   !> A number.
+   subroutine real_item(self, name, value, unit, help, above, least, most)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> The default, and what is read.
+      real(wp), intent(inout) :: value
+      !> Its unit, and what it is.
+      character(*), intent(in) :: unit, help
+      !> A lower bound that is not valid itself; bounds that are.
+      real(wp), intent(in), optional :: above, least, most
+      real(wp), allocatable :: list(:)
+
+      list = [value]
+      call self%pass_numbers(name, list, [integer ::], [1], 'number', unit, help, real_range(above, least, most))
+      value = list(1)
+   end subroutine real_item
+
+   !> Numbers, all of which must be given.
+   subroutine reals_item(self, name, values, unit, help, above, least, most)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> The defaults, and what is read.
+      real(wp), intent(inout) :: values(:)
+      !> Its unit, and what it is.
+      character(*), intent(in) :: unit, help
+      !> A lower bound that is not valid itself; bounds that are.
+      real(wp), intent(in), optional :: above, least, most
+      real(wp), allocatable :: list(:)
+
+      list = values
+      call self%pass_numbers(name, list, shape(values), shape(values), 'number', unit, help, real_range(above, least, most))
+      values = list
+   end subroutine reals_item
+
+   !> Numbers of a matrix, column by column.
+   subroutine matrix_item(self, name, values, unit, help)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> The defaults, and what is read.
+      real(wp), intent(inout) :: values(:, :)
+      !> Its unit, and what it is.
+      character(*), intent(in) :: unit, help
+      real(wp), allocatable :: list(:)
+
+      list = reshape(values, [size(values)])
+      call self%pass_numbers(name, list, shape(values), [size(values)], 'number', unit, help, range_t())
+      values = reshape(list, shape(values))
+   end subroutine matrix_item
+
+   !> An integer.
+   subroutine integer_item(self, name, value, help, least, most)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> The default, and what is read.
+      integer, intent(inout) :: value
+      !> What it is.
+      character(*), intent(in) :: help
+      !> Bounds.
+      integer, intent(in), optional :: least, most
+      real(wp), allocatable :: list(:)
+
+      list = [real(value, wp)]
+      call self%pass_numbers(name, list, [integer ::], [1], 'integer', '', help, integer_range(least, most))
+      value = nint(list(1))
+   end subroutine integer_item
+
+   !> A truth value.
+   subroutine logical_item(self, name, value, help)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> The default, and what is read.
+      logical, intent(inout) :: value
+      !> What it means.
+      character(*), intent(in) :: help
+      type(word_t), allocatable :: words(:)
+      integer, allocatable :: places(:)
+      integer :: k
+      logical :: fits
+
+      if (.not. self%reading) call self%add(entry_t(name, 'truth', '', '', '', trim(merge('.true. ', '.false.', value)), help))
+      k = 0
+      do
+         call self%next(name, k, [integer ::], [1], 'truth value', words, places)
+         if (k == 0) exit
+         call read_logical(words(1), value, fits)
+         if (.not. fits) call self%refuse(k, 'cannot be read: "'//words(1)%text//'" is no truth value', &
+                                          'give a value of the right type: .true. or .false.')
+      end do
+   end subroutine logical_item
+
+   !> A text that is no longer than its variable, or one of several.
+   subroutine text_item(self, name, value, help, choices)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> The default, and what is read.
+      character(*), intent(inout) :: value
+      !> What it is.
+      character(*), intent(in) :: help
+      !> The texts that are known; default: all texts are.
+      character(*), intent(in), optional :: choices(:)
+      character(:), allocatable :: text
+
+      text = trim(value)
+      call self%text_option(name, text, help, choices, most=len(value))
+      value = text
+   end subroutine text_item
+
+   !> A number that may be missing.
+   subroutine real_option(self, name, value, unit, help, above, least, most)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> What is read.
+      real(wp), intent(inout), allocatable :: value
+      !> Its unit, and what it is.
+      character(*), intent(in) :: unit, help
+      !> A lower bound that is not valid itself; bounds that are.
+      real(wp), intent(in), optional :: above, least, most
+      real(wp), allocatable :: list(:)
+
+      if (allocated(value)) list = [value]
+      call self%pass_numbers(name, list, [integer ::], [1], 'number', unit, help, real_range(above, least, most))
+      if (allocated(list)) value = list(1)
+   end subroutine real_option
+
+   !> Numbers that may be missing.
+   subroutine reals_option(self, name, values, unit, help, counts, above, least, most)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> What is read.
+      real(wp), intent(inout), allocatable :: values(:)
+      !> Its unit, and what it is.
+      character(*), intent(in) :: unit, help
+      !> How many there may be, in rising order; one that is not there with a subscript is 0.
+      integer, intent(in) :: counts(:)
+      !> A lower bound that is not valid itself; bounds that are.
+      real(wp), intent(in), optional :: above, least, most
+
+      call self%pass_numbers(name, values, counts(size(counts):), counts, 'number', unit, help, real_range(above, least, most))
+   end subroutine reals_option
+
+   !> Integers that may be missing, up to a number of them.
+   subroutine integers_option(self, name, values, help, longest, least, most)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> What is read.
+      integer, intent(inout), allocatable :: values(:)
+      !> What they are.
+      character(*), intent(in) :: help
+      !> How many there may be.
+      integer, intent(in) :: longest
+      !> Bounds.
+      integer, intent(in), optional :: least, most
+      real(wp), allocatable :: list(:)
+
+      if (allocated(values)) list = real(values, wp)
+      call self%pass_numbers(name, list, [longest], [integer ::], 'integer', '', help, integer_range(least, most))
+      if (allocated(list)) values = nint(list)
+   end subroutine integers_option
+
+   !> Integers between two bounds.
+   pure function integer_range(least, most) result(range)
+      integer, intent(in), optional :: least, most
+      type(range_t) :: range
+
+      if (present(least)) range%least = least
+      if (present(most)) range%most = most
+   end function integer_range
+
+   !> A text that may be missing.
+   subroutine text_option(self, name, value, help, choices, most)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> What is read.
+      character(:), intent(inout), allocatable :: value
+      !> What it is.
+      character(*), intent(in) :: help
+      !> The texts that are known; default: all texts are.
+      character(*), intent(in), optional :: choices(:)
+      !> Number of characters that it may have; default: any.
+      integer, intent(in), optional :: most
+      type(word_t), allocatable :: words(:)
+      integer, allocatable :: places(:)
+      character(:), allocatable :: default, kind
+      integer :: k
+
+      if (.not. self%reading) then
+         kind = 'text'
+         if (present(choices)) kind = choice_list(choices)
+         default = ''
+         if (allocated(value)) then
+            if (len(value) > 0) default = '"'//value//'"'
+         end if
+         call self%add(entry_t(name, kind, '', '', '', default, help))
+         return
+      end if
+      k = 0
+      do
+         call self%next(name, k, [integer ::], [1], 'text', words, places)
+         if (k == 0) exit
+         call self%check_text(k, words(1), choices, most)
+         value = words(1)%text
+      end do
+   end subroutine text_option
+
+   !> Texts that may be missing, any number of them.
+   subroutine texts_option(self, name, values, help, longest)
+      !> The entries.
+      class(entries_t), intent(inout) :: self
+      !> Name in lower case.
+      character(*), intent(in) :: name
+      !> What is read; blank ones stand for those that a subscript leaves out.
+      character(:), intent(inout), allocatable :: values(:)
+      !> What they are.
+      character(*), intent(in) :: help
+      !> How many there may be.
+      integer, intent(in) :: longest
+      type(word_t), allocatable :: words(:)
+      integer, allocatable :: places(:)
+      character(:), allocatable :: before(:)
+      integer :: i, k, length, n
+
+      if (.not. self%reading) call self%add(entry_t(name, 'text', '', 'any number', '', '', help))
+      k = 0
+      do
+         call self%next(name, k, [longest], [integer ::], 'text', words, places)
+         if (k == 0) exit
+         length = 1
+         n = maxval(places)
+         do i = 1, size(words)
+            call self%check_text(k, words(i))
+            length = max(length, len(words(i)%text))
+         end do
+         ! What a subscript does not name stays.
+         if (allocated(before)) deallocate (before)
+         if (allocated(values) .and. self%from%entries(k)%subscript /= '') then
+            call move_alloc(values, before)
+            length = max(length, len(before))
+            n = max(n, size(before))
+         end if
+         if (allocated(values)) deallocate (values)
+         allocate (character(len=length) :: values(n))
+         values(:) = ''
+         if (allocated(before)) values(:size(before)) = before
+         do i = 1, size(words)
+            values(places(i)) = words(i)%text
+         end do
+      end do
+   end subroutine texts_option
+
+   !> Numbers of any kind: collects what is declared, or reads them.
+   subroutine pass_numbers(self, name, values, dims, counts, kind, unit, help, range)
+      class(entries_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      !> The defaults, if there are, and what is read.
+      real(wp), intent(inout), allocatable :: values(:)
+      !> Bounds of subscripts, and numbers of values there may be without one; none: as many as fit.
+      integer, intent(in) :: dims(:), counts(:)
+      !> `number` or `integer`.
+      character(*), intent(in) :: kind, unit, help
+      type(range_t), intent(in) :: range
+      type(word_t), allocatable :: words(:)
+      integer, allocatable :: places(:)
+      real(wp), allocatable :: before(:)
+      real(wp) :: value
+      integer :: i, k, n, whole
+      logical :: fits
+
+      if (.not. self%reading) then
+         call self%add(entry_t(name, kind, unit, number_text(dims, counts), range%described(), default_text(values), help))
+         return
+      end if
+      k = 0
+      do
+         call self%next(name, k, dims, counts, kind, words, places)
+         if (k == 0) exit
+         n = maxval(places)
+         if (size(counts) > 0) n = maxval(counts)
+         if (self%from%entries(k)%subscript == '') n = size(words)
+         if (allocated(before)) deallocate (before)
+         if (allocated(values) .and. self%from%entries(k)%subscript /= '') before = values
+         if (allocated(values)) deallocate (values)
+         if (allocated(before)) n = max(n, size(before))
+         allocate (values(n), source=0.0_wp)
+         if (allocated(before)) values(:size(before)) = before
+         do i = 1, size(words)
+            if (kind == 'integer') then
+               call read_integer(words(i), whole, fits)
+               value = whole
+            else
+               call read_real(words(i), value, fits)
+            end if
+            if (.not. fits) then
+               call self%refuse(k, 'cannot be read: "'//words(i)%text//'" is no '//kind, &
+                                'give a value of the right type: '//merge('a whole number', 'a number      ', kind == 'integer')// &
+                                ' without unit or quotation marks')
+            else if (.not. range%has(value)) then
+               call self%refuse(k, range%complaint(value), remedy_of(range, kind, unit))
+            else
+               values(places(i)) = value
+            end if
+         end do
+      end do
+   end subroutine pass_numbers
+
+   !> What to do about a number that is not valid.
+   function remedy_of(range, kind, unit) result(text)
+      type(range_t), intent(in) :: range
+      character(*), intent(in) :: kind, unit
+      character(:), allocatable :: text
+
+      text = 'give a '//kind
+      if (kind == 'integer') text = 'give an integer'
+      if (len(range%described()) > 0) text = text//', '//range%described()//','
+      if (len(unit) > 0) text = text//' in '//unit
+   end function remedy_of
+
+   !> How many values there may be, for the help.
+   function number_text(dims, counts) result(text)
+      integer, intent(in) :: dims(:), counts(:)
+      character(:), allocatable :: text
+
+      text = ''
+      if (size(dims) == 0) return
+      if (size(counts) == 0) text = 'up to '//to_text(dims(1))
+      if (size(counts) > 0) text = joined(counts)
+   end function number_text
+
+   !> Defaults, for the help: one number where all are the same.
+   function default_text(values) result(text)
+      real(wp), intent(in), allocatable :: values(:)
+      character(:), allocatable :: text
+      integer :: i
+
+      text = ''
+      if (.not. allocated(values)) return
+      ! What is as large as numbers get is no limit.
+      if (any(abs(values) >= huge(1.0_wp))) return
+      do i = 1, size(values)
+         if (i > 1) text = text//', '
+         text = text//short_text(values(i))
+         if (all(abs(values - values(1)) <= 0.0_wp) .and. size(values) > 4) return
+      end do
+   end function default_text
+
+   !> Adds what was declared.
+   subroutine add(self, declared)
+      class(entries_t), intent(inout) :: self
+      type(entry_t), intent(in) :: declared
+
+      self%list = [self%list, declared]
+   end subroutine add
+
+   !> Complains of an assignment.
+   subroutine refuse(self, k, what, remedy)
+      class(entries_t), intent(inout) :: self
+      integer, intent(in) :: k
+      character(*), intent(in) :: what, remedy
+
+      associate (it => self%from%entries(k))
+         call raise(self%error, self%from%place(self%path, it%line), it%name//' = '//it%shown()//' '//what, remedy)
+      end associate
+   end subroutine refuse
+
+   !> A text must be in quotation marks, not too long, and known.
+   subroutine check_text(self, k, word, choices, most)
+      class(entries_t), intent(inout) :: self
+      integer, intent(in) :: k
+      type(word_t), intent(in) :: word
+      character(*), intent(in), optional :: choices(:)
+      integer, intent(in), optional :: most
+      character(:), allocatable :: meant, remedy
+
+      if (.not. word%quoted) call self%refuse(k, 'cannot be read: "'//word%text//'" has no quotation marks', &
+                                              'put a text between quotation marks')
+      if (present(choices)) then
+         if (.not. any(choices == word%text)) then
+            meant = nearest_name(word%text, choices)
+            remedy = 'use one of '//choice_list(choices)
+            if (len(meant) > 0) remedy = 'did you mean "'//meant//'"? U'//remedy(2:)
+            call self%refuse(k, 'is unknown', remedy)
+         end if
+      end if
+      if (present(most)) then
+         if (len(word%text) > most) call self%refuse(k, 'is longer than '//to_text(most)//' characters', 'shorten it')
+      end if
+   end subroutine check_text
+
+   !> The next assignment to an entry: its words, each once, and the places of the values that they go to.
+   subroutine next(self, name, k, dims, counts, kind, words, places)
+      class(entries_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      !> Number of the last assignment, 0 at first; 0 if there is none any more, or something is wrong.
+      integer, intent(inout) :: k
+      !> Bounds of subscripts, and numbers of values there may be without one; none: as many as fit.
+      integer, intent(in) :: dims(:), counts(:)
+      !> What a value is called.
+      character(*), intent(in) :: kind
+      type(word_t), allocatable, intent(out) :: words(:)
+      integer, allocatable, intent(out) :: places(:)
+      type(word_t), allocatable :: found(:)
+      integer(int64) :: total
+      integer :: code, i, j, n
+
+      n = k
+      k = 0
+      if (.not. self%reading .or. allocated(self%error)) return
+      do n = n + 1, size(self%from%entries)
+         if (self%from%entries(n)%base == name) exit
+      end do
+      if (n > size(self%from%entries)) return
+      self%met(n) = .true.
+      associate (it => self%from%entries(n))
+         call split_words(it%value, found, code)
+         select case (code)
+         case (words_null)
+            call self%refuse(n, 'cannot be read: a value is left out', 'write each value, with one comma between two')
+         case (words_no_separator)
+            call self%refuse(n, 'cannot be read: two values have nothing between them', 'put a comma between them')
+         end select
+         if (allocated(self%error)) return
+         total = 0
+         do i = 1, size(found)
+            if (found(i)%count < 1) call self%refuse(n, 'cannot be read: it repeats a value no time', 'write 3*0.5 for three of it')
+            total = total + min(found(i)%count, int(huge(n), int64))
+         end do
+         if (it%subscript /= '') then
+            call take_subscript(it%subscript, dims, places)
+            if (size(places) == 0) call self%refuse(n, 'cannot be read: '//name//' has no such subscript', &
+                                                    'leave the subscript out, or give one of the right type')
+         else if (size(dims) == 0 .or. size(counts) > 0) then
+            if (all(counts /= total)) then
+               if (size(dims) == 0) then
+                  call self%refuse(n, 'cannot be read: there is more than one '//kind, 'give one value of the right type')
+               else
+                  call self%refuse(n, 'cannot be read: there are not '//joined(counts)//' '//kind//'s', &
+                                   'give all of them, or name one by its subscript')
+               end if
+            else
+               places = [(i, i=1, int(total))]
+            end if
+         else if (total > dims(1)) then
+            call self%refuse(n, 'cannot be read: there are more than '//to_text(dims(1))//' '//kind//'s', 'give fewer')
+         else
+            places = [(i, i=1, int(total))]
+         end if
+         if (allocated(self%error)) return
+         if (size(places) /= total) call self%refuse(n, 'cannot be read: there are not as many values as places', &
+                                                     'give one value for each subscript')
+      end associate
+      if (allocated(self%error)) return
+      allocate (words(size(places)))
+      j = 0
+      do i = 1, size(found)
+         words(j + 1:j + int(found(i)%count)) = found(i)
+         j = j + int(found(i)%count)
+      end do
+      k = n
+   end subroutine next
+
+   !> Places in column order that a subscript such as `2`, `1:3` or `:,2` names; none if it is impossible.
+   subroutine take_subscript(subscript, dims, places)
+      character(*), intent(in) :: subscript
+      integer, intent(in) :: dims(:)
+      integer, allocatable, intent(out) :: places(:)
+      integer :: colon, dimension, first, i, last, start, stop_at, stride
+      logical :: fits
+
+      places = [1]
+      stride = 1
+      start = 1
+      fits = size(dims) > 0
+      do dimension = 1, size(dims)
+         stop_at = start + index(subscript(start:)//',', ',') - 2
+         first = 1
+         last = dims(dimension)
+         colon = index(subscript(start:stop_at), ':')
+         if (colon == 0) then
+            call read_integer(word_t(subscript(start:stop_at)), first, fits)
+            last = first
+         else
+            if (colon > 1) call read_integer(word_t(subscript(start:start + colon - 2)), first, fits)
+            if (start + colon <= stop_at .and. fits) call read_integer(word_t(subscript(start + colon:stop_at)), last, fits)
+         end if
+         fits = fits .and. first >= 1 .and. first <= last .and. last <= dims(dimension)
+         start = stop_at + 2
+         fits = fits .and. (start <= len(subscript) .eqv. dimension < size(dims))
+         if (.not. fits) exit
+         places = [((places(i) + (colon - 1)*stride, i=1, size(places)), colon=first, last)]
+         stride = stride*dims(dimension)
+      end do
+      if (.not. fits) places = [integer ::]
+   end subroutine take_subscript
+
+end module taut_case_entries

@@ -1,0 +1,76 @@
+!> Case files whose model is one group: what the apps of the paper's examples share.
+module taut_case_model_group
+   use taut_error, only: error_t
+   use taut_case_group, only: check_groups, declaration_of, declared_t, first_group, group_data_t, read_group
+   use taut_case_namelist_file, only: namelist_file_t
+   use taut_case_settings, only: read_settings, settings_t, shared_groups
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
+   implicit none (type, external)
+   private
+   public :: model_group_t, model_groups, read_model
+
+   !> A group that says all of a model and its start.
+   type, abstract, extends(group_data_t) :: model_group_t
+   contains
+      procedure(build_model), deferred :: build
+   end type model_group_t
+
+   abstract interface
+      !> Makes the system of what was read.
+      subroutine build_model(self, model, start, error)
+         import :: error_t, model_group_t, state_t, tabulated_system_t
+         implicit none (type, external)
+         !> What the group says.
+         class(model_group_t), intent(in) :: self
+         !> The system.
+         class(tabulated_system_t), allocatable, intent(out) :: model
+         !> Initial state as given.
+         type(state_t), intent(out) :: start
+         !> What is wrong with it.
+         type(error_t), allocatable, intent(inout) :: error
+      end subroutine build_model
+   end interface
+
+contains
+
+   !> The groups of such a case file.
+   function model_groups(group) result(groups)
+      !> The model's group with its defaults.
+      class(model_group_t), intent(in) :: group
+      type(declared_t), allocatable :: groups(:)
+
+      groups = [declaration_of(group), shared_groups()]
+   end function model_groups
+
+   !> Reads a case file; what it leaves out has its default.
+   subroutine read_model(file, group, model, start, settings, error)
+      !> The case file.
+      type(namelist_file_t), intent(in) :: file
+      !> The model's group with its defaults.
+      class(model_group_t), intent(in) :: group
+      !> The system.
+      class(tabulated_system_t), allocatable, intent(out) :: model
+      !> Initial state as given.
+      type(state_t), intent(out) :: start
+      !> Tolerances and methods.
+      type(settings_t), intent(out) :: settings
+      !> What is wrong with the file.
+      type(error_t), allocatable, intent(inout) :: error
+      class(model_group_t), allocatable :: own
+      type(declared_t), allocatable :: groups(:)
+      integer :: i
+
+      allocate (own, source=group)
+      groups = model_groups(group)
+      call check_groups(file, groups, error)
+      if (allocated(error)) return
+      i = first_group(file, groups(1)%entries%name)
+      if (i > 0) call read_group(file, file%groups(i), own, error)
+      if (allocated(error)) return
+      call own%build(model, start, error)
+      if (i > 0) call file%locate(file%groups(i), error)
+      if (.not. allocated(error)) call read_settings(file, settings, error)
+   end subroutine read_model
+
+end module taut_case_model_group
