@@ -1,10 +1,10 @@
 !> Modes of a straight beam, Table 1 and Fig. 5: reads case files, writes CSV files of frequencies and shapes.
 program beam_modes
-   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use, intrinsic :: iso_fortran_env, only: error_unit
    use taut_error, only: error_t, raise
-   use taut_case_beam_modes, only: beam_modes_t, read_beam_modes, write_beam_modes
-   use taut_case_checkpoint, only: program_text
-   use taut_case_command_line, only: command_line_t, read_command_line, usage
+   use taut_case_application, only: told
+   use taut_case_beam_modes, only: beam_modes_groups, beam_modes_t, read_beam_modes, write_beam_modes
+   use taut_case_command_line, only: command_line_t, read_command_line
    use taut_case_namelist_file, only: namelist_file_t
    implicit none (type, external)
    character(*), parameter :: app = 'beam_modes', default_case = 'cases/beam_modes/table1.nml'
@@ -16,11 +16,9 @@ program beam_modes
 
    call read_command_line(app, default_case, line, error)
    if (allocated(error)) call give_up(2)
-   if (line%help) write (output_unit, '(a)') usage(app, default_case, 'Frequencies and shapes of a straight beam.', &
-                                                   'For each case: DIR/<case>/frequencies.csv and DIR/<case>/shapes.csv.'// &
-                                                   new_line('a')//'Exit code: 0, 1 for a bad case, 2 for a bad command line.')
-   if (line%version) write (output_unit, '(a)') program_text()
-   if (line%help .or. line%version) stop
+   if (told(line, app, default_case, 'Frequencies and shapes of a straight beam.', beam_modes_groups(), &
+            'For each case: DIR/<case>/frequencies.csv and DIR/<case>/shapes.csv.'//new_line('a')// &
+            'Exit code: 0, 1 for a bad case, 2 for a bad command line.')) stop
 
    ! There is no time to integrate over, so that there are no checkpoints.
    if (allocated(line%restart)) call raise(error, line%restart, 'modes have no checkpoints', 'run the case anew')

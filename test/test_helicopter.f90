@@ -3,10 +3,12 @@ module test_helicopter
    use, intrinsic :: ieee_arithmetic, only: ieee_negative_inf, ieee_positive_inf, ieee_value
    use taut, only: consistent_start, constrained_ode_t, error_t, finding_t, integration_options_t, integration_result_t, &
                   method_t, quantity_t, sample_t, start_report_t, state_t, verify, wp
-   use taut_case_helicopter, only: read_helicopter
+   use taut_case_helicopter, only: helicopter_group_t
+   use taut_case_model_group, only: model_case_t
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: settings_t
    use taut_constrained_method_choose, only: new_constrained_ode
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_model_helicopter, only: helicopter_data_t, helicopter_t, new_helicopter
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    use blades, only: fly, paper, sampler_t, strict, tilting
@@ -302,25 +304,33 @@ contains
       character(:), allocatable, intent(inout) :: failure
       type(helicopter_data_t) :: good
       type(namelist_file_t) :: file
-      type(helicopter_t) :: model
+      type(model_case_t) :: kind
+      class(tabulated_system_t), allocatable :: model
       type(settings_t) :: settings
       type(state_t) :: start
       type(error_t), allocatable :: error
 
       call file%load('cases/helicopter/figure10.nml', error)
-      if (.not. allocated(error)) call read_helicopter(file, model, start, settings, error)
+      allocate (helicopter_group_t :: kind%group)
+      if (.not. allocated(error)) call kind%read(file, model, start, settings, error)
       call no_error(failure, error)
       if (allocated(error)) return
-      call check_close(failure, model%data%omega, good%omega, 0.0_wp, 'rotor speed')
-      call check_below(failure, maxval(abs([model%data%i_b - good%i_b, model%data%i_f - good%i_f, model%data%i_x - good%i_x])), &
-                       0.0_wp, 'inertias')
-      call check_below(failure, maxval(abs([model%data%b_mean - good%b_mean, model%data%b_sine, model%data%b_cosine])), 0.0_wp, 'B')
-      call check_close(failure, model%data%phi_beta1, good%phi_beta1, 1.0e-15_wp, 'phase of the load')
-      call check_close(failure, model%k_c, 16537.5_wp, 1.0e-10_wp, 'control stiffness')
+      select type (model)
+      class is (helicopter_t)
+         call check_close(failure, model%data%omega, good%omega, 0.0_wp, 'rotor speed')
+         call check_below(failure, maxval(abs([model%data%i_b, model%data%i_f, model%data%i_x] - &
+                                              [good%i_b, good%i_f, good%i_x])), 0.0_wp, 'inertias')
+         call check_below(failure, maxval(abs([model%data%b_mean - good%b_mean, model%data%b_sine, model%data%b_cosine])), &
+                          0.0_wp, 'B')
+         call check_close(failure, model%data%phi_beta1, good%phi_beta1, 1.0e-15_wp, 'phase of the load')
+         call check_close(failure, model%k_c, 16537.5_wp, 1.0e-10_wp, 'control stiffness')
+         call check(failure, model%output_name(1) == 'link_force' .and. model%n_outputs == 1, 'the link force is told')
+      class default
+         call check(failure, .false., 'it is no blade')
+      end select
       call check(failure, size(settings%methods) == 3, 'three methods')
       call check(failure, settings%methods(3)%label == 'penalty', 'label')
       call check(failure, settings%methods(3)%method%name == 'unconstrained', 'the stiffness in place of the constraint')
-      call check(failure, model%output_name(1) == 'link_force' .and. model%n_outputs == 1, 'the link force is told')
    end subroutine shipped_case
 
    subroutine refused(data, text, failure)

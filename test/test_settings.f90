@@ -5,10 +5,12 @@ module test_settings
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_pendulum, only: read_pendulum
+   use taut_case_model_group, only: model_case_t
+   use taut_case_pendulum, only: pendulum_group_t
    use taut_case_settings, only: read_settings, settings_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_model_pendulum, only: pendulum_t
    use taut_ode_options, only: integration_options_t
    implicit none (type, external)
@@ -167,19 +169,26 @@ contains
    subroutine pendulum_case(failure)
       character(:), allocatable, intent(inout) :: failure
       type(namelist_file_t) :: file
-      type(pendulum_t) :: model
+      type(model_case_t) :: kind
+      class(tabulated_system_t), allocatable :: model
       type(state_t) :: start
       type(settings_t) :: settings
       type(error_t), allocatable :: error
 
       call load('&integration t_end = 3.0 / &pendulum mass = 2, length = 3, gravity = 4, constraint_copies = 2,'// &
                 ' position = 5, 6, velocity(2) = 7 /', file, error)
-      call read_pendulum(file, model, start, settings, error)
+      allocate (pendulum_group_t :: kind%group)
+      call kind%read(file, model, start, settings, error)
       call no_error(failure, error)
       if (allocated(failure)) return
-      call check_below(failure, maxval(abs([model%m, model%l, model%g, start%x, start%v, settings%t_end] - &
-                                           [2, 3, 4, 5, 6, 0, 7, 3])), 0.0_wp, 'a value of the pendulum')
-      call check(failure, model%c == 2, 'copies of the constraint')
+      select type (model)
+      class is (pendulum_t)
+         call check_below(failure, maxval(abs([model%m, model%l, model%g, start%x, start%v, settings%t_end] - &
+                                              [2, 3, 4, 5, 6, 0, 7, 3])), 0.0_wp, 'a value of the pendulum')
+         call check(failure, model%c == 2, 'copies of the constraint')
+      class default
+         call check(failure, .false., 'it is no pendulum')
+      end select
    end subroutine pendulum_case
 
 end module test_settings

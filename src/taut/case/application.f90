@@ -5,6 +5,9 @@ module taut_case_application
    use taut_error, only: error_t, raise
    use taut_case_checkpoint, only: program_text, read_checkpoint, store_origin
    use taut_case_command_line, only: command_line_t, path_t, read_command_line, usage
+   use taut_case_group, only: declared_t
+   use taut_case_help, only: case_help, case_reference
+   use taut_case_kind, only: case_kind_t
    use taut_case_namelist_file, only: check_names, namelist_file_t
    use taut_case_posix, only: catch_signals
    use taut_case_run, only: check_start, run_case, run_options_t
@@ -13,7 +16,7 @@ module taut_case_application
    use taut_constrained_system_tables, only: tabulated_system_t
    implicit none (type, external)
    private
-   public :: run_application
+   public :: run_application, told
 
    !> Exit code of a run that a signal interrupted: 'try again later', as in BSD's sysexits.h.
    integer, parameter :: code_interrupted = 75
@@ -25,36 +28,18 @@ module taut_case_application
       type(settings_t) :: settings
    end type job_t
 
-   abstract interface
-      !> Makes a system of a case file.
-      subroutine case_reader(file, model, start, settings, error)
-         import :: namelist_file_t, tabulated_system_t, state_t, settings_t, error_t
-         implicit none (type, external)
-         !> The case file.
-         type(namelist_file_t), intent(in) :: file
-         !> The system.
-         class(tabulated_system_t), allocatable, intent(out) :: model
-         !> Initial state as given.
-         type(state_t), intent(out) :: start
-         !> Tolerances and methods.
-         type(settings_t), intent(out) :: settings
-         !> What is wrong with the file.
-         type(error_t), allocatable, intent(inout) :: error
-      end subroutine case_reader
-   end interface
-
 contains
 
    !> Reads the command line and the case files, runs their methods and writes their results.
-   subroutine run_application(app, default_case, purpose, read_case, code)
+   subroutine run_application(app, default_case, purpose, kind, code)
       !> Name of the app.
       character(*), intent(in) :: app
       !> Case file to run if none is given.
       character(*), intent(in) :: default_case
       !> One line for the help.
       character(*), intent(in) :: purpose
-      !> Makes a system of a case file.
-      procedure(case_reader) :: read_case
+      !> Its case files.
+      class(case_kind_t), intent(in) :: kind
       !> Exit code: 0 if all went well, 2 for a wrong command line, 75 after a signal, 1 for everything else.
       integer, intent(out) :: code
       type(command_line_t) :: line
@@ -71,9 +56,7 @@ contains
       call read_command_line(app, default_case, line, error)
       if (failed()) return
       code = 0
-      if (line%help) write (output_unit, '(a)') usage(app, default_case, purpose)
-      if (line%version) write (output_unit, '(a)') program_text()
-      if (line%help .or. line%version) return
+      if (told(line, app, default_case, purpose, kind%groups())) return
 
       ! Everything is read and checked before anything is written.
       code = 1
@@ -85,7 +68,7 @@ contains
       do i = 1, size(jobs)
          associate (job => jobs(i))
             call files(i)%load(line%cases(i)%text, error)
-            if (.not. allocated(error)) call read_case(files(i), job%model, job%start, job%settings, error)
+            if (.not. allocated(error)) call kind%read(files(i), job%model, job%start, job%settings, error)
             if (.not. allocated(error)) call check_start(files(i), job%model, job%start, job%settings, error)
          end associate
          if (failed()) return
@@ -122,6 +105,24 @@ contains
       end function failed
 
    end subroutine run_application
+
+   !> Prints what the command line asks for in place of a run, if it does.
+   logical function told(line, app, default_case, purpose, groups, ending)
+      !> The command line.
+      type(command_line_t), intent(in) :: line
+      !> Name of the app, its default case, and one line for the help.
+      character(*), intent(in) :: app, default_case, purpose
+      !> The groups of a case file.
+      type(declared_t), intent(in) :: groups(:)
+      !> Its files and exit codes. Default: those of an app that integrates.
+      character(*), intent(in), optional :: ending
+
+      told = line%help .or. line%version .or. line%help_case .or. line%reference
+      if (line%help) write (output_unit, '(a)') usage(app, default_case, purpose, ending)
+      if (line%help_case) write (output_unit, '(a)', advance='no') case_help(app, groups)
+      if (line%reference) write (output_unit, '(a)', advance='no') case_reference(groups)
+      if (line%version) write (output_unit, '(a)') program_text()
+   end function told
 
    !> Prints what a system has to say.
    subroutine tell(name, text)

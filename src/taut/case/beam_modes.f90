@@ -1,10 +1,11 @@
 !> Case files and results of the eigenanalysis of a straight beam.
 module taut_case_beam_modes
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_case_csv, only: csv_t, number_text
+   use taut_case_entries, only: entries_t
+   use taut_case_group, only: check_groups, declaration_of, declared_t, first_group, group_data_t, read_group
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_posix, only: make_folder
    use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
@@ -12,7 +13,37 @@ module taut_case_beam_modes
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
    implicit none (type, external)
    private
-   public :: beam_modes_t, read_beam_modes, write_beam_modes
+   public :: beam_modes_t, beam_modes_groups, read_beam_modes, write_beam_modes
+
+   !> &beam; what it leaves out has the values of Sect. 4.2.
+   type, extends(group_data_t) :: beam_group_t
+      !> Length [m].
+      real(wp) :: length = 0.72_wp
+      !> Number of elements.
+      integer :: elements = 40
+      !> Young's modulus [Pa], Poisson's ratio, density [kg/m^3].
+      real(wp) :: young = 73.0e9_wp, poisson = 0.3_wp, density = 2700.0_wp
+      !> Sides of the section [m].
+      real(wp) :: thickness = 1.0e-3_wp, width = 5.0e-3_wp
+      !> Stiffness of the section in place of the rectangle's [N, N m, N m^2]; all zeros for none.
+      real(wp) :: stiffness(6, 6) = 0.0_wp
+      !> Mass at mid-span [kg].
+      real(wp) :: mid_mass = 0.5_wp
+      !> One of `support_names`.
+      character(len=16) :: supports = 'pinned'
+      !> Whether it stays in the plane x-y.
+      logical :: planar = .true.
+   contains
+      procedure :: declare => declare_beam
+   end type beam_group_t
+
+   !> &modes.
+   type, extends(group_data_t) :: modes_group_t
+      !> How many are written.
+      integer :: number = 4
+   contains
+      procedure :: declare => declare_modes
+   end type modes_group_t
 
    !> A case and its solution.
    type :: beam_modes_t
@@ -27,9 +58,52 @@ module taut_case_beam_modes
    !> Matrices are dense: more elements than this take minutes.
    integer, parameter :: most_elements = 500
 
+   !> How the ends are held.
+   character(len=10), parameter :: support_names(4) = [character(len=10) :: 'pinned', 'clamped', 'cantilever', 'free']
+
 contains
 
-   !> Reads a case file and solves it; what it leaves out has the values of Sect. 4.2.
+   !> The groups of a case file.
+   function beam_modes_groups() result(groups)
+      type(declared_t) :: groups(2)
+
+      groups = [declaration_of(beam_group_t()), declaration_of(modes_group_t())]
+   end function beam_modes_groups
+
+   !> Entries of &beam.
+   subroutine declare_beam(self, entries)
+      !> What the group says.
+      class(beam_group_t), intent(inout) :: self
+      !> What passes over them.
+      type(entries_t), intent(inout) :: entries
+
+      call entries%group('beam', 'a straight beam along x')
+      call entries%item('length', self%length, 'm', 'length', above=0.0_wp)
+      call entries%item('elements', self%elements, 'number of elements', least=1, most=most_elements)
+      call entries%item('young', self%young, 'Pa', 'Young''s modulus', above=0.0_wp)
+      call entries%item('poisson', self%poisson, '', 'Poisson''s ratio')
+      call entries%item('density', self%density, 'kg/m^3', 'density', above=0.0_wp)
+      call entries%item('thickness', self%thickness, 'm', 'side of the section along axis 2', above=0.0_wp)
+      call entries%item('width', self%width, 'm', 'side of the section along axis 3', above=0.0_wp)
+      call entries%item('stiffness', self%stiffness, 'N, N m, N m^2', &
+                        'matrix of the section: axial, two of shear, torsion, two of bending; zeros: that of the rectangle')
+      call entries%item('mid_mass', self%mid_mass, 'kg', 'mass in the middle', least=0.0_wp)
+      call entries%item('supports', self%supports, 'how its ends are held', support_names)
+      call entries%item('planar', self%planar, 'whether it stays in the plane x-y')
+   end subroutine declare_beam
+
+   !> Entries of &modes.
+   subroutine declare_modes(self, entries)
+      !> What the group says.
+      class(modes_group_t), intent(inout) :: self
+      !> What passes over them.
+      type(entries_t), intent(inout) :: entries
+
+      call entries%group('modes', 'what is written')
+      call entries%item('number', self%number, 'number of modes, the lowest first', least=1)
+   end subroutine declare_modes
+
+   !> Reads a case file and solves it.
    subroutine read_beam_modes(file, problem, error)
       !> The case file.
       type(namelist_file_t), intent(in) :: file
@@ -37,109 +111,72 @@ contains
       type(beam_modes_t), intent(out) :: problem
       !> What is wrong with the file, or why there is no solution.
       type(error_t), allocatable, intent(inout) :: error
-      character(*), parameter :: beam_names = 'length, elements, young, poisson, density, thickness, width, stiffness, '// &
-                                              'mid_mass, supports, planar', modes_names = 'number'
-      real(wp) :: length, young, poisson, density, thickness, width, stiffness(6, 6), mid_mass
-      integer :: elements, i, j, number, status
-      logical :: planar
-      character(len=16) :: supports
-      character(len=200) :: message
+      type(beam_group_t) :: beam
+      type(modes_group_t) :: modes
       type(modes_options_t) :: options
-      namelist /beam/ length, elements, young, poisson, density, thickness, width, stiffness, mid_mass, supports, planar
-      namelist /modes/ number
+      integer :: i
 
-      length = 0.72_wp
-      elements = 40
-      young = 73.0e9_wp
-      poisson = 0.3_wp
-      density = 2700.0_wp
-      thickness = 1.0e-3_wp
-      width = 5.0e-3_wp
-      stiffness = 0.0_wp
-      mid_mass = 0.5_wp
-      supports = 'pinned'
-      planar = .true.
-      number = 4
-      call file%only_groups([character(len=5) :: 'beam', 'modes'], error)
+      call check_groups(file, beam_modes_groups(), error)
       do i = 1, size(file%groups)
          if (allocated(error)) return
-         do j = 1, size(file%groups(i)%entries)
-            if (file%groups(i)%name == 'beam') then
-               read (file%groups(i)%entries(j)%text, nml=beam, iostat=status, iomsg=message)
-               if (status /= 0) call file%complain(file%groups(i), j, message, beam_names, error)
-            else
-               read (file%groups(i)%entries(j)%text, nml=modes, iostat=status, iomsg=message)
-               if (status /= 0) call file%complain(file%groups(i), j, message, modes_names, error)
-            end if
-         end do
+         if (file%groups(i)%name == 'beam') then
+            call read_group(file, file%groups(i), beam, error)
+         else
+            call read_group(file, file%groups(i), modes, error)
+         end if
       end do
-      if (.not. allocated(error)) then
-         call build()
-         call locate('beam')
-      end if
       if (allocated(error)) return
-      call block_velocities(problem%beam%nodes, trim(supports), planar, options%blocked, error)
-      call locate('beam')
+      call build(beam, problem%beam, error)
+      if (.not. allocated(error)) &
+         call block_velocities(problem%beam%nodes, trim(beam%supports), beam%planar, options%blocked, error)
+      call locate(file, 'beam', error)
       if (allocated(error)) return
       i = problem%beam%n - size(options%blocked)
-      if (number < 1) call raise(error, 'modes', 'number = '//to_text(number)//' is not positive', 'give 1 or more')
-      if (number > i) call raise(error, 'modes', 'number = '//to_text(number)//' is more than there are modes', &
-                                 'give '//to_text(i)//' or less, or more elements')
-      call locate('modes')
+      if (modes%number > i) call raise(error, 'modes', 'number = '//to_text(modes%number)//' is more than there are modes', &
+                                       'give '//to_text(i)//' or less, or more elements')
+      call locate(file, 'modes', error)
       if (allocated(error)) return
-      problem%number = number
+      problem%number = modes%number
       call eigenmodes(problem%beam, problem%beam%reference_state(), problem%modes, error, options)
       if (allocated(error)) error%where = file%path//': '//error%where
-
-   contains
-
-      !> The beam from what was read.
-      subroutine build()
-         type(beam_section_t) :: section
-         real(wp), allocatable :: positions(:, :), orientations(:, :)
-         character(*), parameter :: here = 'beam'
-
-         if (.not. (length > 0.0_wp .and. length <= huge(length))) &
-            call raise(error, here, 'length = '//to_text(length)//' is not positive', 'give it in m')
-         if (elements < 1) call raise(error, here, 'elements = '//to_text(elements)//' is not positive', 'give 1 or more')
-         if (elements > most_elements) call raise(error, here, 'elements = '//to_text(elements)//' is too many', &
-                                                  'give '//to_text(most_elements)//' or less')
-         if (.not. (mid_mass >= 0.0_wp .and. mid_mass <= huge(mid_mass))) &
-            call raise(error, here, 'mid_mass = '//to_text(mid_mass)//' is negative', 'give it in kg, or 0')
-         if (mid_mass > 0.0_wp .and. mod(elements, 2) /= 0) &
-            call raise(error, here, 'elements = '//to_text(elements)//' leaves no node at mid-span for mid_mass', &
-                       'give an even number')
-         if (.not. allocated(error)) &
-            call rectangular_section(section, young, poisson, density, thickness, width, error)
-         if (.not. allocated(error) .and. .not. all(ieee_is_finite(stiffness))) &
-            call raise(error, here, 'an entry of stiffness is not a number', 'give N, N m and N m^2')
-         if (allocated(error)) return
-         ! In parentheses: the section is rebuilt, and its old mass and inertia with it.
-         if (any(abs(stiffness) > 0.0_wp)) &
-            call new_section(section, stiffness, (section%mass), (section%inertia), error)
-         if (allocated(error)) return
-         call straight_nodes([0.0_wp, 0.0_wp, 0.0_wp], [length, 0.0_wp, 0.0_wp], elements, [0.0_wp, 1.0_wp, 0.0_wp], &
-                             positions, orientations)
-         call new_beam(problem%beam, positions, orientations, section, error)
-         if (.not. allocated(error)) call problem%beam%add_mass(1 + elements/2, mid_mass, error)
-      end subroutine build
-
-      !> Names the group, if the file has it, or the file.
-      subroutine locate(group)
-         character(*), intent(in) :: group
-         integer :: k
-
-         if (.not. allocated(error)) return
-         if (index(error%where, file%path) == 1) return
-         do k = 1, size(file%groups)
-            if (file%groups(k)%name /= group) cycle
-            call file%locate(file%groups(k), error)
-            return
-         end do
-         error%where = file%path//': '//error%where
-      end subroutine locate
-
    end subroutine read_beam_modes
+
+   !> The beam from what was read.
+   subroutine build(group, beam, error)
+      type(beam_group_t), intent(in) :: group
+      type(beam_t), intent(out) :: beam
+      type(error_t), allocatable, intent(inout) :: error
+      type(beam_section_t) :: section
+      real(wp), allocatable :: positions(:, :), orientations(:, :)
+
+      if (group%mid_mass > 0.0_wp .and. mod(group%elements, 2) /= 0) &
+         call raise(error, 'beam', 'elements = '//to_text(group%elements)//' leaves no node at mid-span for mid_mass', &
+                    'give an even number')
+      if (allocated(error)) return
+      call rectangular_section(section, group%young, group%poisson, group%density, group%thickness, group%width, error)
+      if (allocated(error)) return
+      ! In parentheses: the section is rebuilt, and its old mass and inertia with it.
+      if (any(abs(group%stiffness) > 0.0_wp)) &
+         call new_section(section, group%stiffness, (section%mass), (section%inertia), error)
+      if (allocated(error)) return
+      call straight_nodes([0.0_wp, 0.0_wp, 0.0_wp], [group%length, 0.0_wp, 0.0_wp], group%elements, [0.0_wp, 1.0_wp, 0.0_wp], &
+                          positions, orientations)
+      call new_beam(beam, positions, orientations, section, error)
+      if (.not. allocated(error)) call beam%add_mass(1 + group%elements/2, group%mid_mass, error)
+   end subroutine build
+
+   !> Names the group, if the file has it, or the file.
+   subroutine locate(file, group, error)
+      type(namelist_file_t), intent(in) :: file
+      character(*), intent(in) :: group
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: k
+
+      if (.not. allocated(error)) return
+      k = first_group(file, group)
+      if (k > 0) call file%locate(file%groups(k), error)
+      if (k == 0) error%where = file%path//': '//error%where
+   end subroutine locate
 
    !> The velocities that supports and the plane take away.
    subroutine block_velocities(nodes, supports, planar, blocked, error)
@@ -161,10 +198,6 @@ contains
          fixed(:, [1, nodes]) = .true.
       case ('cantilever')
          fixed(:, 1) = .true.
-      case ('free')
-      case default
-         call raise(error, 'beam', 'there are no supports "'//supports//'"', &
-                    'use "pinned", "clamped", "cantilever" or "free"')
       end select
       if (all(fixed)) call raise(error, 'beam', 'nothing of it can move', 'give more elements')
       blocked = pack([(i, i=1, 6*nodes)], reshape(fixed, [6*nodes]))

@@ -24,6 +24,8 @@ module taut_case_command_line
       logical :: quiet = .false.
       !> Whether help or the version is wanted instead.
       logical :: help = .false., version = .false.
+      !> Whether the entries of a case file are wanted instead, as a text or in Markdown.
+      logical :: help_case = .false., reference = .false.
    end type command_line_t
 
    !> A path.
@@ -59,6 +61,10 @@ contains
             line%quiet = .true.
          case ('--help', '-h')
             line%help = .true.
+         case ('--help-case')
+            line%help_case = .true.
+         case ('--help-case=markdown')
+            line%reference = .true.
          case ('--version')
             line%version = .true.
          case ('--out')
@@ -135,13 +141,14 @@ contains
       character, parameter :: nl = new_line('a')
 
       text = 'usage: '//app//' [CASE.nml ...] [--out DIR] [--checkpoint SECONDS] [--restart FILE]'//nl// &
-             repeat(' ', 8 + len(app))//'[--quiet] [--help] [--version]'//nl//nl//about//nl//nl// &
+             repeat(' ', 8 + len(app))//'[--quiet] [--help] [--help-case] [--version]'//nl//nl//about//nl//nl// &
              '  CASE.nml              case files; default: '//default_case//nl// &
              '  --out DIR             folder for the results; default: results'//nl// &
              '  --checkpoint SECONDS  write DIR/<case>/checkpoint.taut so often (wall time)'//nl// &
              '  --restart FILE        continue from such a checkpoint, bit for bit, in the folder that it is in'//nl// &
              '  --quiet               print nothing but errors'//nl// &
              '  --help                print this'//nl// &
+             '  --help-case           print what a case file may say; --help-case=markdown: as a page'//nl// &
              '  --version             print the version, the compiler and its options'//nl//nl
       if (present(ending)) then
          text = text//ending

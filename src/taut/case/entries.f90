@@ -44,9 +44,9 @@ module taut_case_entries
       procedure :: unknown
       procedure :: group
       generic :: item => real_item, reals_item, matrix_item, integer_item, logical_item, text_item
-      generic :: option => real_option, reals_option, integer_option, integers_option, text_option, texts_option
+      generic :: option => real_option, reals_option, integers_option, text_option, texts_option
       procedure, private :: real_item, reals_item, matrix_item, integer_item, logical_item, text_item
-      procedure, private :: real_option, reals_option, integer_option, integers_option, text_option, texts_option
+      procedure, private :: real_option, reals_option, integers_option, text_option, texts_option
       procedure, private :: next, add, refuse, pass_numbers, check_text
    end type entries_t
 
@@ -135,7 +135,7 @@ contains
       real(wp), intent(in), optional :: above, least, most
       real(wp), allocatable :: list(:)
 
-      list = [value]
+      allocate (list, source=[value])
       call self%pass_numbers(name, list, [integer ::], [1], 'number', unit, help, real_range(above, least, most))
       value = list(1)
    end subroutine real_item
@@ -154,7 +154,7 @@ contains
       real(wp), intent(in), optional :: above, least, most
       real(wp), allocatable :: list(:)
 
-      list = values
+      allocate (list, source=values)
       call self%pass_numbers(name, list, shape(values), shape(values), 'number', unit, help, real_range(above, least, most))
       values = list
    end subroutine reals_item
@@ -171,7 +171,7 @@ contains
       character(*), intent(in) :: unit, help
       real(wp), allocatable :: list(:)
 
-      list = reshape(values, [size(values)])
+      allocate (list, source=reshape(values, [size(values)]))
       call self%pass_numbers(name, list, shape(values), [size(values)], 'number', unit, help, range_t())
       values = reshape(list, shape(values))
    end subroutine matrix_item
@@ -190,7 +190,7 @@ contains
       integer, intent(in), optional :: least, most
       real(wp), allocatable :: list(:)
 
-      list = [real(value, wp)]
+      allocate (list, source=[real(value, wp)])
       call self%pass_numbers(name, list, [integer ::], [1], 'integer', '', help, integer_range(least, most))
       value = nint(list(1))
    end subroutine integer_item
@@ -210,10 +210,10 @@ contains
       integer :: k
       logical :: fits
 
-      if (.not. self%reading) call self%add(entry_t(name, 'truth', '', '', '', trim(merge('.true. ', '.false.', value)), help))
+      if (.not. self%reading) call self%add(name, 'truth', '', '', '', trim(merge('.true. ', '.false.', value)), help)
       k = 0
       do
-         call self%next(name, k, [integer ::], [1], 'truth value', words, places)
+         call self%next(name, k, [integer ::], [1], 'truth value', help, words, places)
          if (k == 0) exit
          call read_logical(words(1), value, fits)
          if (.not. fits) call self%refuse(k, 'cannot be read: "'//words(1)%text//'" is no truth value', &
@@ -254,7 +254,7 @@ contains
       real(wp), intent(in), optional :: above, least, most
       real(wp), allocatable :: list(:)
 
-      if (allocated(value)) list = [value]
+      if (allocated(value)) allocate (list, source=[value])
       call self%pass_numbers(name, list, [integer ::], [1], 'number', unit, help, real_range(above, least, most))
       if (allocated(list)) value = list(1)
    end subroutine real_option
@@ -293,7 +293,7 @@ contains
       integer, intent(in), optional :: least, most
       real(wp), allocatable :: list(:)
 
-      if (allocated(values)) list = real(values, wp)
+      if (allocated(values)) allocate (list, source=real(values, wp))
       call self%pass_numbers(name, list, [longest], [integer ::], 'integer', '', help, integer_range(least, most))
       if (allocated(list)) values = nint(list)
    end subroutine integers_option
@@ -333,12 +333,12 @@ contains
          if (allocated(value)) then
             if (len(value) > 0) default = '"'//value//'"'
          end if
-         call self%add(entry_t(name, kind, '', '', '', default, help))
+         call self%add(name, kind, '', '', '', default, help)
          return
       end if
       k = 0
       do
-         call self%next(name, k, [integer ::], [1], 'text', words, places)
+         call self%next(name, k, [integer ::], [1], 'text', help, words, places)
          if (k == 0) exit
          call self%check_text(k, words(1), choices, most)
          value = words(1)%text
@@ -362,10 +362,10 @@ contains
       character(:), allocatable :: before(:)
       integer :: i, k, length, n
 
-      if (.not. self%reading) call self%add(entry_t(name, 'text', '', 'any number', '', '', help))
+      if (.not. self%reading) call self%add(name, 'text', '', 'any number', '', '', help)
       k = 0
       do
-         call self%next(name, k, [longest], [integer ::], 'text', words, places)
+         call self%next(name, k, [longest], [integer ::], 'text', help, words, places)
          if (k == 0) exit
          length = 1
          n = maxval(places)
@@ -403,28 +403,32 @@ contains
       type(range_t), intent(in) :: range
       type(word_t), allocatable :: words(:)
       integer, allocatable :: places(:)
+      character(:), allocatable :: default
       real(wp), allocatable :: before(:)
       real(wp) :: value
       integer :: i, k, n, whole
       logical :: fits
 
       if (.not. self%reading) then
-         call self%add(entry_t(name, kind, unit, number_text(dims, counts), range%described(), default_text(values), help))
+         call self%add(name, kind, unit, number_text(dims, counts), range%described(), default_text(values), help)
          return
       end if
       k = 0
       do
-         call self%next(name, k, dims, counts, kind, words, places)
+         call self%next(name, k, dims, counts, kind, help, words, places)
          if (k == 0) exit
+         default = default_text(values)
          n = maxval(places)
          if (size(counts) > 0) n = maxval(counts)
          if (self%from%entries(k)%subscript == '') n = size(words)
-         if (allocated(before)) deallocate (before)
-         if (allocated(values) .and. self%from%entries(k)%subscript /= '') before = values
-         if (allocated(values)) deallocate (values)
-         if (allocated(before)) n = max(n, size(before))
-         allocate (values(n), source=0.0_wp)
-         if (allocated(before)) values(:size(before)) = before
+         if (.not. allocated(values) .or. self%from%entries(k)%subscript == '') then
+            if (allocated(values)) deallocate (values)
+            allocate (values(n), source=0.0_wp)
+         else if (n > size(values)) then
+            call move_alloc(values, before)
+            allocate (values(n), source=0.0_wp)
+            values(:size(before)) = before
+         end if
          do i = 1, size(words)
             if (kind == 'integer') then
                call read_integer(words(i), whole, fits)
@@ -434,10 +438,9 @@ contains
             end if
             if (.not. fits) then
                call self%refuse(k, 'cannot be read: "'//words(i)%text//'" is no '//kind, &
-                                'give a value of the right type: '//merge('a whole number', 'a number      ', kind == 'integer')// &
-                                ' without unit or quotation marks')
+                                'give a value of the right type, without unit or quotation marks: '//help)
             else if (.not. range%has(value)) then
-               call self%refuse(k, range%complaint(value), remedy_of(range, kind, unit))
+               call self%refuse(k, range%complaint(value), remedy_of(range, kind, unit, help, default))
             else
                values(places(i)) = value
             end if
@@ -446,15 +449,18 @@ contains
    end subroutine pass_numbers
 
    !> What to do about a number that is not valid.
-   function remedy_of(range, kind, unit) result(text)
+   function remedy_of(range, kind, unit, help, default) result(text)
       type(range_t), intent(in) :: range
-      character(*), intent(in) :: kind, unit
+      character(*), intent(in) :: kind, unit, help, default
       character(:), allocatable :: text
 
-      text = 'give a '//kind
-      if (kind == 'integer') text = 'give an integer'
-      if (len(range%described()) > 0) text = text//', '//range%described()//','
+      text = 'give a'
+      if (kind == 'integer') text = text//'n'
+      text = text//' '//kind
+      if (len(range%described()) > 0) text = text//' ('//range%described()//')'
       if (len(unit) > 0) text = text//' in '//unit
+      if (len(default) > 0) text = text//', such as '//default
+      text = text//': '//help
    end function remedy_of
 
    !> How many values there may be, for the help.
@@ -486,10 +492,18 @@ contains
    end function default_text
 
    !> Adds what was declared.
-   subroutine add(self, declared)
+   subroutine add(self, name, kind, unit, number, range, default, help)
       class(entries_t), intent(inout) :: self
-      type(entry_t), intent(in) :: declared
+      character(*), intent(in) :: name, kind, unit, number, range, default, help
+      type(entry_t) :: declared
 
+      declared%name = name
+      declared%kind = kind
+      declared%unit = unit
+      declared%number = number
+      declared%range = range
+      declared%default = default
+      declared%help = help
       self%list = [self%list, declared]
    end subroutine add
 
@@ -529,15 +543,15 @@ contains
    end subroutine check_text
 
    !> The next assignment to an entry: its words, each once, and the places of the values that they go to.
-   subroutine next(self, name, k, dims, counts, kind, words, places)
+   subroutine next(self, name, k, dims, counts, kind, help, words, places)
       class(entries_t), intent(inout) :: self
       character(*), intent(in) :: name
       !> Number of the last assignment, 0 at first; 0 if there is none any more, or something is wrong.
       integer, intent(inout) :: k
       !> Bounds of subscripts, and numbers of values there may be without one; none: as many as fit.
       integer, intent(in) :: dims(:), counts(:)
-      !> What a value is called.
-      character(*), intent(in) :: kind
+      !> What a value is called, and what it is.
+      character(*), intent(in) :: kind, help
       type(word_t), allocatable, intent(out) :: words(:)
       integer, allocatable, intent(out) :: places(:)
       type(word_t), allocatable :: found(:)
@@ -576,7 +590,7 @@ contains
                   call self%refuse(n, 'cannot be read: there is more than one '//kind, 'give one value of the right type')
                else
                   call self%refuse(n, 'cannot be read: there are not '//joined(counts)//' '//kind//'s', &
-                                   'give all of them, or name one by its subscript')
+                                   'give all, or one by its subscript: '//help)
                end if
             else
                places = [(i, i=1, int(total))]

@@ -5,10 +5,12 @@ module taut_case_mechanism
    use taut_case_mechanism_beam, only: read_beam
    use taut_case_mechanism_bodies, only: read_body, read_ground_point, read_point, read_point_mass
    use taut_case_mechanism_joints, only: read_joint, read_knife_edge, read_rolling
+   use taut_case_group, only: first_group
    use taut_case_mechanism_loads, only: read_function, read_gravity, read_load, read_spring
    use taut_case_mechanism_names, only: anchor_t, find_anchor, find_joint, locate_named, name_length, parts_t
    use taut_case_namelist_file, only: given, group_t, namelist_file_t
-   use taut_case_settings, only: read_settings, settings_t, shared_groups
+   use taut_case_mechanism_output, only: mechanism_output_t
+   use taut_case_settings, only: read_settings, settings_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: state_t
    use taut_model_mechanism, only: event_t, mechanism_t
@@ -29,10 +31,11 @@ module taut_case_mechanism
    end type analysis_t
 
    !> Groups of a mechanism.
-   character(len=12), parameter :: mechanism_groups(17) = [character(len=12) :: 'mechanism', 'analysis', 'gravity', 'body', &
+   character(len=12), parameter :: mechanism_groups(20) = [character(len=12) :: 'mechanism', 'analysis', 'gravity', 'body', &
             'point_mass', &
                                                            'ground_point', 'point', 'function', 'joint', 'rolling', 'knife_edge', &
-                                                           'force', 'moment', 'spring', 'damper', 'event', 'beam']
+                                                           'force', 'moment', 'spring', 'damper', 'event', 'beam', &
+                                                           'method', 'integration', 'output']
    integer, parameter :: most_held = 100
 
 contains
@@ -51,15 +54,16 @@ contains
       type(mechanism_report_t), intent(out) :: report
       !> What is wrong with the file.
       type(error_t), allocatable, intent(inout) :: error
+      type(mechanism_output_t) :: output
       type(parts_t) :: parts
       character(len=2*name_length) :: hold(most_held)
 
-      call file%only_groups([character(len=12) :: mechanism_groups, shared_groups], error, &
-                            many=[character(len=12) :: mechanism_groups(4:), 'method'])
+      call file%only_groups(mechanism_groups, error, many=mechanism_groups(4:18))
       if (allocated(error)) return
       call start_parts(parts)
       call read_all(file, parts, hold, error)
-      if (.not. allocated(error)) call read_settings(file, settings, error, weight='mass', more_output='joints')
+      if (.not. allocated(error)) call read_settings(file, settings, error, weight='mass', output=output)
+      if (.not. allocated(error)) call choose_shown(file, output, parts, error)
       if (.not. allocated(error)) call check_tables(file, parts%model, settings, error)
       if (allocated(error)) return
       call parts%model%complete(error)
@@ -172,7 +176,7 @@ contains
       integer :: i, pass
 
       hold = ''
-      do pass = 1, 7
+      do pass = 1, 6
          do i = 1, size(file%groups)
             if (allocated(error)) return
             associate (group => file%groups(i))
@@ -205,8 +209,6 @@ contains
                   if (pass == 5) call read_spring(file, group, parts, error)
                case ('event')
                   if (pass == 6) call read_event(file, group, parts, error)
-               case ('output')
-                  if (pass == 7) call read_shown(file, group, parts, error)
                end select
             end associate
          end do
@@ -289,34 +291,27 @@ contains
       if (.not. allocated(error)) parts%model%events = [parts%model%events, made]
    end subroutine read_event
 
-   !> Entries of &output that are the mechanism's own.
-   subroutine read_shown(file, group, parts, error)
+   !> The joints that &output names.
+   subroutine choose_shown(file, output, parts, error)
       type(namelist_file_t), intent(in) :: file
-      type(group_t), intent(in) :: group
+      type(mechanism_output_t), intent(in) :: output
       type(parts_t), intent(inout) :: parts
       type(error_t), allocatable, intent(inout) :: error
-      character(len=name_length) :: joints(1000)
-      character(len=200) :: message
-      integer :: i, j, status
-      namelist /output/ joints
+      integer :: i, j
 
-      joints = ''
-      do i = 1, size(group%entries)
-         if (index(group%entries(i)%name, 'joints') /= 1) cycle
-         read (group%entries(i)%text, nml=output, iostat=status, iomsg=message)
-         if (status /= 0) call file%complain(group, i, message, 'dt, joints', error)
-      end do
-      if (allocated(error) .or. joints(1) == 'all' .or. len_trim(joints(1)) == 0) return
+      if (.not. allocated(output%joints)) return
+      if (output%joints(1) == 'all') return
       allocate (parts%model%shown(0))
-      if (joints(1) == 'none') return
-      do i = 1, size(joints)
-         if (len_trim(joints(i)) == 0) exit
-         call find_joint(parts, joints(i), 'joints', j, error)
-         call locate_named(file, group, '', error)
-         if (allocated(error)) return
+      if (output%joints(1) == 'none') return
+      do i = 1, size(output%joints)
+         call find_joint(parts, output%joints(i), 'joints', j, error)
+         if (allocated(error)) then
+            call file%locate(file%groups(first_group(file, 'output')), error)
+            return
+         end if
          parts%model%shown = [parts%model%shown, j]
       end do
-   end subroutine read_shown
+   end subroutine choose_shown
 
    !> Brings the start to the constraints, and says what was found.
    subroutine assemble(file, hold, model, start, settings, report, error)

@@ -2,19 +2,29 @@
 module taut_case_model_group
    use taut_error, only: error_t
    use taut_case_group, only: check_groups, declaration_of, declared_t, first_group, group_data_t, read_group
+   use taut_case_kind, only: case_kind_t
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: read_settings, settings_t, shared_groups
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    implicit none (type, external)
    private
-   public :: model_group_t, model_groups, read_model
+   public :: model_group_t, model_case_t
 
    !> A group that says all of a model and its start.
    type, abstract, extends(group_data_t) :: model_group_t
    contains
       procedure(build_model), deferred :: build
    end type model_group_t
+
+   !> Case files of such a model.
+   type, extends(case_kind_t) :: model_case_t
+      !> The model's group with its defaults.
+      class(model_group_t), allocatable :: group
+   contains
+      procedure :: groups
+      procedure :: read => read_model
+   end type model_case_t
 
    abstract interface
       !> Makes the system of what was read.
@@ -35,20 +45,20 @@ module taut_case_model_group
 contains
 
    !> The groups of such a case file.
-   function model_groups(group) result(groups)
-      !> The model's group with its defaults.
-      class(model_group_t), intent(in) :: group
+   function groups(self)
+      !> The kind.
+      class(model_case_t), intent(in) :: self
       type(declared_t), allocatable :: groups(:)
 
-      groups = [declaration_of(group), shared_groups()]
-   end function model_groups
+      groups = [declaration_of(self%group), shared_groups()]
+   end function groups
 
    !> Reads a case file; what it leaves out has its default.
-   subroutine read_model(file, group, model, start, settings, error)
+   subroutine read_model(self, file, model, start, settings, error)
+      !> The kind.
+      class(model_case_t), intent(in) :: self
       !> The case file.
       type(namelist_file_t), intent(in) :: file
-      !> The model's group with its defaults.
-      class(model_group_t), intent(in) :: group
       !> The system.
       class(tabulated_system_t), allocatable, intent(out) :: model
       !> Initial state as given.
@@ -58,14 +68,14 @@ contains
       !> What is wrong with the file.
       type(error_t), allocatable, intent(inout) :: error
       class(model_group_t), allocatable :: own
-      type(declared_t), allocatable :: groups(:)
+      type(declared_t), allocatable :: known(:)
       integer :: i
 
-      allocate (own, source=group)
-      groups = model_groups(group)
-      call check_groups(file, groups, error)
+      known = self%groups()
+      call check_groups(file, known, error)
       if (allocated(error)) return
-      i = first_group(file, groups(1)%entries%name)
+      allocate (own, source=self%group)
+      i = first_group(file, known(1)%entries%name)
       if (i > 0) call read_group(file, file%groups(i), own, error)
       if (allocated(error)) return
       call own%build(model, start, error)

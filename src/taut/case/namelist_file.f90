@@ -9,6 +9,7 @@
 !!     end do
 module taut_case_namelist_file
    use taut_error, only: error_t, raise, to_text
+   use taut_case_spelling, only: nearest_name
    implicit none (type, external)
    private
    public :: namelist_file_t, group_t, assignment_t, check_names, given
@@ -284,7 +285,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       !> The groups that may be there more than once; default: none.
       character(*), intent(in), optional :: many(:)
-      character(:), allocatable :: known
+      character(:), allocatable :: known, meant, remedy
       integer :: i, j
 
       known = '&'//trim(names(1))
@@ -295,8 +296,11 @@ contains
       if (size(self%groups) == 0) call raise(error, self%path, 'the case file has no group', 'the groups are '//known)
       do i = 1, size(self%groups)
          if (.not. any(names == self%groups(i)%name)) then
+            meant = nearest_name(self%groups(i)%name, names)
+            remedy = 'the groups are '//known
+            if (len(meant) > 0) remedy = 'did you mean &'//meant//'? T'//remedy(2:)
             call raise(error, self%path//':'//to_text(self%groups(i)%line), 'there is no group &'//self%groups(i)%name//' here', &
-                       'the groups are '//known)
+                       remedy)
             return
          end if
          if (present(many)) then

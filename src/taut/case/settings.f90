@@ -115,7 +115,8 @@ contains
 
       call entries%group('output', 'what is written of a run')
       call entries%item('dt', self%dt, 's', 'time between two rows; 0: every step', least=0.0_wp)
-      call entries%option('columns', self%columns, 'columns that are written, with * for any characters; without: all', most_columns)
+      call entries%option('columns', self%columns, 'columns that are written, * stands for any characters; without: all', &
+                          most_columns)
    end subroutine declare_output
 
    !> Entries of &method.
@@ -193,7 +194,8 @@ contains
             if (present(weight)) one%method%weight = weight
             call read_group(file, file%groups(i), one, error)
             if (allocated(error)) return
-            if (.not. allocated(one%label)) one%label = trim(one%method%name)
+            if (.not. allocated(one%label)) one%label = ''
+            if (len_trim(one%label) == 0) one%label = trim(one%method%name)
             call one%method%check(error)
             call check_label(one%label, settings%methods(:methods), error)
             call file%locate(file%groups(i), error)

@@ -44,7 +44,7 @@ contains
             cost = merge(0, 1, one(i:i) == two(j:j))
             rows(j, 2) = min(rows(j - 1, 2) + 1, rows(j, 1) + 1, rows(j - 1, 1) + cost)
             if (i == 1 .or. j == 1) cycle
-            if (one(i:i) == two(j - 1:j - 1) .and. one(i - 1:i - 1) == two(j:j)) rows(j, 2) = min(rows(j, 2), rows(j - 2, 0) + 1)
+            if (one(i - 1:i) == two(j:j)//two(j - 1:j - 1)) rows(j, 2) = min(rows(j, 2), rows(max(j - 2, 0), 0) + 1)
          end do
       end do
       distance = rows(len(two), 2)

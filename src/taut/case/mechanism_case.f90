@@ -1,0 +1,62 @@
+!> Mechanisms as a kind of case file.
+module taut_case_mechanism_case
+   use taut_error, only: error_t
+   use taut_case_group, only: declared_t
+   use taut_case_kind, only: case_kind_t
+   use taut_case_mechanism, only: read_mechanism
+   use taut_case_mechanism_output, only: mechanism_output_t
+   use taut_case_namelist_file, only: namelist_file_t
+   use taut_case_settings, only: settings_t, shared_groups
+   use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
+   use taut_model_mechanism, only: mechanism_t
+   use taut_model_mechanism_report, only: mechanism_report_t
+   implicit none (type, external)
+   private
+   public :: mechanism_case_t
+
+   !> Case files of mechanisms.
+   type, extends(case_kind_t) :: mechanism_case_t
+   contains
+      procedure :: groups
+      procedure :: read => read_case
+   end type mechanism_case_t
+
+contains
+
+   !> The groups that all apps share.
+   function groups(self)
+      !> The kind.
+      class(mechanism_case_t), intent(in) :: self
+      type(declared_t), allocatable :: groups(:)
+
+      associate (unused_kind => self)
+      end associate
+      groups = shared_groups(weight='mass', output=mechanism_output_t())
+   end function groups
+
+   !> A case file's mechanism, as a system.
+   subroutine read_case(self, file, model, start, settings, error)
+      !> The kind.
+      class(mechanism_case_t), intent(in) :: self
+      !> The case file.
+      type(namelist_file_t), intent(in) :: file
+      !> The mechanism.
+      class(tabulated_system_t), allocatable, intent(out) :: model
+      !> Initial state, assembled.
+      type(state_t), intent(out) :: start
+      !> Tolerances and methods.
+      type(settings_t), intent(out) :: settings
+      !> What is wrong with the file.
+      type(error_t), allocatable, intent(inout) :: error
+      type(mechanism_report_t) :: report
+      type(mechanism_t), allocatable :: own
+
+      associate (unused_kind => self)
+      end associate
+      allocate (own)
+      call read_mechanism(file, own, start, settings, report, error)
+      if (.not. allocated(error)) call move_alloc(own, model)
+   end subroutine read_case
+
+end module taut_case_mechanism_case
