@@ -3,20 +3,23 @@ program beam_modes
    use, intrinsic :: iso_fortran_env, only: error_unit
    use taut_error, only: error_t, raise
    use taut_case_application, only: told
-   use taut_case_beam_modes, only: beam_modes_groups, beam_modes_t, read_beam_modes, write_beam_modes
+   use taut_case_beam_modes, only: beam_modes_t, declare_beam_modes, read_beam_modes, write_beam_modes
    use taut_case_command_line, only: command_line_t, read_command_line
+   use taut_case_group, only: declared_t
    use taut_case_namelist_file, only: namelist_file_t
    implicit none (type, external)
    character(*), parameter :: app = 'beam_modes', default_case = 'cases/beam_modes/table1.nml'
    type(command_line_t) :: line
    type(namelist_file_t), allocatable :: files(:)
    type(beam_modes_t), allocatable :: problems(:)
+   type(declared_t), allocatable :: groups(:)
    type(error_t), allocatable :: error
    integer :: i
 
    call read_command_line(app, default_case, line, error)
    if (allocated(error)) call give_up(2)
-   if (told(line, app, default_case, 'Frequencies and shapes of a straight beam.', beam_modes_groups(), &
+   call declare_beam_modes(groups)
+   if (told(line, app, default_case, 'Frequencies and shapes of a straight beam.', groups, &
             'For each case: DIR/<case>/frequencies.csv and DIR/<case>/shapes.csv.'//new_line('a')// &
             'Exit code: 0, 1 for a bad case, 2 for a bad command line.')) stop
 

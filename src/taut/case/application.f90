@@ -46,6 +46,7 @@ contains
       type(namelist_file_t), allocatable :: files(:)
       type(job_t), allocatable :: jobs(:)
       type(error_t), allocatable :: error
+      type(declared_t), allocatable :: groups(:)
       type(archive_t) :: checkpoint
       type(run_options_t) :: options
       character(:), allocatable :: case_text
@@ -56,7 +57,8 @@ contains
       call read_command_line(app, default_case, line, error)
       if (failed()) return
       code = 0
-      if (told(line, app, default_case, purpose, kind%groups())) return
+      call kind%declare(groups)
+      if (told(line, app, default_case, purpose, groups)) return
 
       ! Everything is read and checked before anything is written.
       code = 1

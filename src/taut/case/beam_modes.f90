@@ -5,7 +5,7 @@ module taut_case_beam_modes
    use taut_error, only: error_t, raise, to_text
    use taut_case_csv, only: csv_t, number_text
    use taut_case_entries, only: entries_t
-   use taut_case_group, only: check_groups, declaration_of, declared_t, first_group, group_data_t, read_group
+   use taut_case_group, only: check_groups, declare_group, declared_t, first_group, group_data_t, read_group
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_posix, only: make_folder
    use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
@@ -13,7 +13,7 @@ module taut_case_beam_modes
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
    implicit none (type, external)
    private
-   public :: beam_modes_t, beam_modes_groups, read_beam_modes, write_beam_modes
+   public :: beam_modes_t, declare_beam_modes, read_beam_modes, write_beam_modes
 
    !> &beam; what it leaves out has the values of Sect. 4.2.
    type, extends(group_data_t) :: beam_group_t
@@ -64,11 +64,15 @@ module taut_case_beam_modes
 contains
 
    !> The groups of a case file.
-   function beam_modes_groups() result(groups)
-      type(declared_t) :: groups(2)
+   subroutine declare_beam_modes(groups)
+      !> The groups.
+      type(declared_t), allocatable, intent(out) :: groups(:)
+      type(beam_group_t) :: beam
+      type(modes_group_t) :: modes
 
-      groups = [declaration_of(beam_group_t()), declaration_of(modes_group_t())]
-   end function beam_modes_groups
+      call declare_group(groups, beam)
+      call declare_group(groups, modes)
+   end subroutine declare_beam_modes
 
    !> Entries of &beam.
    subroutine declare_beam(self, entries)
@@ -114,9 +118,11 @@ contains
       type(beam_group_t) :: beam
       type(modes_group_t) :: modes
       type(modes_options_t) :: options
+      type(declared_t), allocatable :: groups(:)
       integer :: i
 
-      call check_groups(file, beam_modes_groups(), error)
+      call declare_beam_modes(groups)
+      call check_groups(file, groups, error)
       do i = 1, size(file%groups)
          if (allocated(error)) return
          if (file%groups(i)%name == 'beam') then

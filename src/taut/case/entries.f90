@@ -352,7 +352,7 @@ contains
       !> Name in lower case.
       character(*), intent(in) :: name
       !> What is read; blank ones stand for those that a subscript leaves out.
-      character(:), intent(inout), allocatable :: values(:)
+      character(*), intent(inout), allocatable :: values(:)
       !> What they are.
       character(*), intent(in) :: help
       !> How many there may be.
@@ -360,31 +360,28 @@ contains
       type(word_t), allocatable :: words(:)
       integer, allocatable :: places(:)
       character(:), allocatable :: before(:)
-      integer :: i, k, length, n
+      integer :: i, k, n
 
-      if (.not. self%reading) call self%add(name, 'text', '', 'any number', '', '', help)
+      if (.not. self%reading) call self%add(name, 'text', '', 'any number of', '', '', help)
       k = 0
       do
          call self%next(name, k, [longest], [integer ::], 'text', help, words, places)
          if (k == 0) exit
-         length = 1
          n = maxval(places)
-         do i = 1, size(words)
-            call self%check_text(k, words(i))
-            length = max(length, len(words(i)%text))
-         end do
-         ! What a subscript does not name stays.
-         if (allocated(before)) deallocate (before)
-         if (allocated(values) .and. self%from%entries(k)%subscript /= '') then
-            call move_alloc(values, before)
-            length = max(length, len(before))
-            n = max(n, size(before))
+         if (.not. allocated(values) .or. self%from%entries(k)%subscript == '') then
+            if (allocated(values)) deallocate (values)
+            allocate (values(n))
+            values(:) = ''
+         else if (n > size(values)) then
+            allocate (before, source=values)
+            deallocate (values)
+            allocate (values(n))
+            values(:) = ''
+            values(:size(before)) = before
+            deallocate (before)
          end if
-         if (allocated(values)) deallocate (values)
-         allocate (character(len=length) :: values(n))
-         values(:) = ''
-         if (allocated(before)) values(:size(before)) = before
          do i = 1, size(words)
+            call self%check_text(k, words(i), most=len(values))
             values(places(i)) = words(i)%text
          end do
       end do

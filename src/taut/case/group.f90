@@ -1,11 +1,12 @@
 !> A group of a case file as it is declared: what its entries are is said once, in `declare` of an extension.
 module taut_case_group
-   use taut_error, only: error_t, raise
+   use taut_error, only: error_t
    use taut_case_entries, only: entries_t
+   use taut_case_entry, only: entry_t
    use taut_case_namelist_file, only: group_t, namelist_file_t
    implicit none (type, external)
    private
-   public :: group_data_t, declared_t, declaration_of, check_groups, read_group, first_group
+   public :: group_data_t, declared_t, declare_group, check_groups, read_group, first_group
 
    !> What a group says.
    type, abstract :: group_data_t
@@ -27,28 +28,45 @@ module taut_case_group
 
    !> A group that a case file may have.
    type :: declared_t
+      !> Its name and what it is.
+      character(:), allocatable :: name, about
       !> Its entries.
-      type(entries_t) :: entries
+      type(entry_t), allocatable :: list(:)
       !> Whether it may be there more than once.
       logical :: many = .false.
    end type declared_t
 
 contains
 
-   !> What a group is, from its data with the defaults.
-   function declaration_of(data, many) result(declared)
-      !> The data.
+   !> Adds a group to those that a case file may have.
+   subroutine declare_group(groups, data, many)
+      !> The groups so far; none if not allocated.
+      type(declared_t), allocatable, intent(inout) :: groups(:)
+      !> What the group says, with the defaults.
       class(group_data_t), intent(in) :: data
-      !> Whether the group may be there more than once; default: it may not.
+      !> Whether it may be there more than once; default: it may not.
       logical, intent(in), optional :: many
-      type(declared_t) :: declared
+      type(declared_t), allocatable :: before(:)
       class(group_data_t), allocatable :: own
+      type(entries_t) :: entries
+      integer :: i, n
 
+      n = 0
+      if (allocated(groups)) n = size(groups)
+      if (n > 0) call move_alloc(groups, before)
+      if (allocated(groups)) deallocate (groups)
+      allocate (groups(n + 1))
+      do i = 1, n
+         groups(i) = before(i)
+      end do
       allocate (own, source=data)
-      call declared%entries%collect()
-      call own%declare(declared%entries)
-      if (present(many)) declared%many = many
-   end function declaration_of
+      call entries%collect()
+      call own%declare(entries)
+      groups(n + 1)%name = entries%name
+      groups(n + 1)%about = entries%about
+      call move_alloc(entries%list, groups(n + 1)%list)
+      if (present(many)) groups(n + 1)%many = many
+   end subroutine declare_group
 
    !> Complains if the file has no group, one that is not declared, or one twice that may be there once only.
    subroutine check_groups(file, groups, error)
@@ -62,7 +80,7 @@ contains
       integer :: i
 
       do i = 1, size(groups)
-         names(i) = groups(i)%entries%name
+         names(i) = groups(i)%name
       end do
       call file%only_groups(names, error, many=pack(names, groups%many))
    end subroutine check_groups
@@ -77,14 +95,14 @@ contains
       !> An entry that is unknown or impossible.
       type(error_t), allocatable, intent(inout) :: error
       type(entries_t) :: entries
-      type(declared_t) :: declared
+      type(declared_t), allocatable :: declared(:)
 
       if (allocated(error)) return
       call entries%read_from(file%path, group)
       call data%declare(entries)
       if (entries%has_unknown()) then
-         declared = declaration_of(data)
-         call entries%unknown(declared%entries%list)
+         call declare_group(declared, data)
+         call entries%unknown(declared(1)%list)
       end if
       if (allocated(entries%error)) call move_alloc(entries%error, error)
    end subroutine read_group

@@ -25,9 +25,9 @@ contains
       text = 'Case files of '//app//' are Fortran namelists: &group name = value, ... /. Comments begin with !, texts stand'//nl// &
              'in quotation marks. What has a default, in brackets here, may be left out.'//nl
       do i = 1, size(groups)
-         associate (it => groups(i)%entries)
+         associate (it => groups(i))
             text = text//nl//'&'//it%name//'  '//it%about
-            if (groups(i)%many) text = text//'; any number of them'
+            if (it%many) text = text//'; any number of them'
             text = text//nl
             column = 0
             do j = 1, size(it%list)
@@ -88,10 +88,10 @@ contains
 
       text = ''
       do i = 1, size(groups)
-         associate (it => groups(i)%entries)
+         associate (it => groups(i))
             if (i > 1) text = text//nl
             text = text//'### `&'//it%name//'`'//nl//nl//capital(it%about)
-            if (groups(i)%many) text = text//'; any number of them'
+            if (it%many) text = text//'; any number of them'
             text = text//'.'//nl//nl//'| Entry | Values | Unit | Default | |'//nl//'| --- | --- | --- | --- | --- |'//nl
             do j = 1, size(it%list)
                associate (one => it%list(j))

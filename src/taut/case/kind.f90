@@ -13,19 +13,20 @@ module taut_case_kind
    !> What an app knows of its case files.
    type, abstract :: case_kind_t
    contains
-      procedure(declared_groups), deferred :: groups
+      procedure(declared_groups), deferred :: declare
       procedure(read_case), deferred :: read
    end type case_kind_t
 
    abstract interface
       !> The groups as they are declared.
-      function declared_groups(self) result(groups)
+      subroutine declared_groups(self, groups)
          import :: case_kind_t, declared_t
          implicit none (type, external)
          !> The kind.
          class(case_kind_t), intent(in) :: self
-         type(declared_t), allocatable :: groups(:)
-      end function declared_groups
+         !> Those that a case file may have.
+         type(declared_t), allocatable, intent(out) :: groups(:)
+      end subroutine declared_groups
 
       !> Makes a system of a case file.
       subroutine read_case(self, file, model, start, settings, error)

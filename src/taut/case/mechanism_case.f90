@@ -6,7 +6,7 @@ module taut_case_mechanism_case
    use taut_case_mechanism, only: read_mechanism
    use taut_case_mechanism_output, only: mechanism_output_t
    use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_settings, only: settings_t, shared_groups
+   use taut_case_settings, only: declare_shared, settings_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_model_mechanism, only: mechanism_t
@@ -18,22 +18,24 @@ module taut_case_mechanism_case
    !> Case files of mechanisms.
    type, extends(case_kind_t) :: mechanism_case_t
    contains
-      procedure :: groups
+      procedure :: declare
       procedure :: read => read_case
    end type mechanism_case_t
 
 contains
 
    !> The groups that all apps share.
-   function groups(self)
+   subroutine declare(self, groups)
       !> The kind.
       class(mechanism_case_t), intent(in) :: self
-      type(declared_t), allocatable :: groups(:)
+      !> The groups.
+      type(declared_t), allocatable, intent(out) :: groups(:)
+      type(mechanism_output_t) :: output
 
       associate (unused_kind => self)
       end associate
-      groups = shared_groups(weight='mass', output=mechanism_output_t())
-   end function groups
+      call declare_shared(groups, weight='mass', output=output)
+   end subroutine declare
 
    !> A case file's mechanism, as a system.
    subroutine read_case(self, file, model, start, settings, error)

@@ -1,7 +1,7 @@
 !> &output of a mechanism.
 module taut_case_mechanism_output
    use taut_case_entries, only: entries_t
-   use taut_case_settings, only: output_group_t
+   use taut_case_settings, only: longest_name, output_group_t
    implicit none (type, external)
    private
    public :: mechanism_output_t
@@ -9,7 +9,7 @@ module taut_case_mechanism_output
    !> What all models have, and the joints whose reactions are written.
    type, extends(output_group_t) :: mechanism_output_t
       !> Names; `all` or `none` alone; not allocated for all.
-      character(:), allocatable :: joints(:)
+      character(len=longest_name), allocatable :: joints(:)
    contains
       procedure :: declare
    end type mechanism_output_t

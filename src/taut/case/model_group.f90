@@ -1,10 +1,10 @@
 !> Case files whose model is one group: what the apps of the paper's examples share.
 module taut_case_model_group
    use taut_error, only: error_t
-   use taut_case_group, only: check_groups, declaration_of, declared_t, first_group, group_data_t, read_group
+   use taut_case_group, only: check_groups, declare_group, declared_t, first_group, group_data_t, read_group
    use taut_case_kind, only: case_kind_t
    use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_settings, only: read_settings, settings_t, shared_groups
+   use taut_case_settings, only: declare_shared, read_settings, settings_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    implicit none (type, external)
@@ -22,7 +22,7 @@ module taut_case_model_group
       !> The model's group with its defaults.
       class(model_group_t), allocatable :: group
    contains
-      procedure :: groups
+      procedure :: declare
       procedure :: read => read_model
    end type model_case_t
 
@@ -45,13 +45,15 @@ module taut_case_model_group
 contains
 
    !> The groups of such a case file.
-   function groups(self)
+   subroutine declare(self, groups)
       !> The kind.
       class(model_case_t), intent(in) :: self
-      type(declared_t), allocatable :: groups(:)
+      !> The model's and those that all apps share.
+      type(declared_t), allocatable, intent(out) :: groups(:)
 
-      groups = [declaration_of(self%group), shared_groups()]
-   end function groups
+      call declare_group(groups, self%group)
+      call declare_shared(groups)
+   end subroutine declare
 
    !> Reads a case file; what it leaves out has its default.
    subroutine read_model(self, file, model, start, settings, error)
@@ -71,11 +73,11 @@ contains
       type(declared_t), allocatable :: known(:)
       integer :: i
 
-      known = self%groups()
+      call self%declare(known)
       call check_groups(file, known, error)
       if (allocated(error)) return
       allocate (own, source=self%group)
-      i = first_group(file, known(1)%entries%name)
+      i = first_group(file, known(1)%name)
       if (i > 0) call read_group(file, file%groups(i), own, error)
       if (allocated(error)) return
       call own%build(model, start, error)

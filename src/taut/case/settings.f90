@@ -3,15 +3,19 @@ module taut_case_settings
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
    use taut_case_entries, only: entries_t
-   use taut_case_group, only: declaration_of, declared_t, group_data_t, read_group
+   use taut_case_group, only: declare_group, declared_t, group_data_t, read_group
    use taut_case_namelist_file, only: namelist_file_t
+   use taut_constrained_method_choose, only: check_method
    use taut_constrained_method_options, only: method_names, method_t
-   use taut_linalg_weighted_projection, only: solver_names
+   use taut_linalg_normal_solver_choose, only: solver_names
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t
    implicit none (type, external)
    private
-   public :: settings_t, method_entry_t, output_group_t, read_settings, shared_groups
+   public :: settings_t, method_entry_t, output_group_t, read_settings, declare_shared, longest_name
+
+   !> Characters that the name of a column may have.
+   integer, parameter :: longest_name = 128
 
    !> A method with the name of its result file.
    type, extends(group_data_t) :: method_entry_t
@@ -38,7 +42,7 @@ module taut_case_settings
       !> Output spacing [s].
       real(wp) :: dt = 0.0_wp
       !> Columns of the CSV files, with * for any characters; not allocated for all.
-      character(:), allocatable :: columns(:)
+      character(len=longest_name), allocatable :: columns(:)
    contains
       procedure :: declare => declare_output
    end type output_group_t
@@ -50,7 +54,7 @@ module taut_case_settings
       !> Tolerances, steps, output spacing.
       type(integration_options_t) :: options
       !> Columns of the CSV files, with * for any characters; blank ones do not count, and none means all.
-      character(:), allocatable :: columns(:)
+      character(len=longest_name), allocatable :: columns(:)
       !> Methods to be run side by side.
       type(method_entry_t), allocatable :: methods(:)
    end type settings_t
@@ -61,24 +65,27 @@ module taut_case_settings
 
 contains
 
-   !> These groups as they are declared.
-   function shared_groups(weight, output) result(groups)
+   !> Adds these groups to those that a case file may have.
+   subroutine declare_shared(groups, weight, output)
+      !> The groups so far.
+      type(declared_t), allocatable, intent(inout) :: groups(:)
       !> The weight of methods that name none. Default: that of `method_t`.
       character(*), intent(in), optional :: weight
       !> &output of a model that has more to say there.
       class(output_group_t), intent(in), optional :: output
-      type(declared_t) :: groups(3)
+      type(integration_group_t) :: integration
       type(method_entry_t) :: method
+      type(output_group_t) :: plain_output
 
       if (present(weight)) method%method%weight = weight
-      groups(1) = declaration_of(integration_group_t())
+      call declare_group(groups, integration)
       if (present(output)) then
-         groups(2) = declaration_of(output)
+         call declare_group(groups, output)
       else
-         groups(2) = declaration_of(output_group_t())
+         call declare_group(groups, plain_output)
       end if
-      groups(3) = declaration_of(method, many=.true.)
-   end function shared_groups
+      call declare_group(groups, method, many=.true.)
+   end subroutine declare_shared
 
    !> Entries of &integration.
    subroutine declare_integration(self, entries)
@@ -168,10 +175,10 @@ contains
       type(integration_group_t) :: integration
       type(output_group_t) :: plain_output
       type(integrator_t) :: checked
-      type(method_entry_t) :: one
+      type(method_entry_t) :: one, unread
       integer :: i, methods
 
-      integration%t_start = settings%t_start
+      if (present(weight)) unread%method%weight = weight
       allocate (settings%methods(max(1, count([(file%groups(i)%name == 'method', i=1, size(file%groups))]))))
       methods = 0
       do i = 1, size(file%groups)
@@ -190,13 +197,12 @@ contains
                call read_group(file, file%groups(i), plain_output, error)
             end if
          case ('method')
-            one = method_entry_t()
-            if (present(weight)) one%method%weight = weight
+            one = unread
             call read_group(file, file%groups(i), one, error)
             if (allocated(error)) return
             if (.not. allocated(one%label)) one%label = ''
             if (len_trim(one%label) == 0) one%label = trim(one%method%name)
-            call one%method%check(error)
+            call check_method(one%method, error)
             call check_label(one%label, settings%methods(:methods), error)
             call file%locate(file%groups(i), error)
             methods = methods + 1
@@ -205,18 +211,21 @@ contains
       end do
       if (allocated(error)) return
       if (methods == 0) then
-         settings%methods(1)%label = 'present'
-         if (present(weight)) settings%methods(1)%method%weight = weight
+         settings%methods(1) = unread
+         settings%methods(1)%label = trim(unread%method%name)
       end if
       settings%t_start = integration%t_start
       settings%t_end = integration%t_end
       settings%options = integration%options
-      if (present(output)) plain_output = output_group_t(output%dt, output%columns)
       settings%options%output_dt = plain_output%dt
+      if (present(output)) then
+         settings%options%output_dt = output%dt
+         if (allocated(output%columns)) call move_alloc(output%columns, plain_output%columns)
+      end if
       if (allocated(plain_output%columns)) then
          call move_alloc(plain_output%columns, settings%columns)
       else
-         allocate (character(len=1) :: settings%columns(0))
+         allocate (settings%columns(0))
       end if
    end subroutine read_settings
 
