@@ -10,6 +10,7 @@ module taut_case_settings
    use taut_linalg_normal_solver_choose, only: solver_names
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t
+   use taut_ode_stepper_choose, only: integrator_names
    implicit none (type, external)
    private
    public :: settings_t, method_entry_t, output_group_t, read_settings, declare_shared, longest_name
@@ -105,6 +106,7 @@ contains
          call entries%item('min_step', o%min_step, 's', 'a run that needs shorter steps ends', least=0.0_wp)
          call entries%item('max_step', o%max_step, 's', 'longest step', above=0.0_wp)
          call entries%item('max_steps', o%max_steps, 'a run that needs more steps, rejected ones included, ends', least=1)
+         call entries%item('integrator', o%integrator, 'pair of formulas for a step', integrator_names)
          call entries%item('step_control', o%step_control, 'how steps are chosen; "fixed": steps of first_step', &
                            [character(len=16) :: 'standard', 'fixed', 'odepkg-2009'])
          call entries%item('norm', o%norm, 'norm of the error of a step', [character(len=3) :: 'rms', 'max'])
