@@ -80,7 +80,7 @@ contains
       class(mass_t), intent(inout) :: self
       !> Whose mass it is.
       class(mechanical_system_t), intent(in) :: model
-      !> Where.
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> `rhs_ok`, or `rhs_retry` where M is not positive definite.
       integer, intent(out) :: info

@@ -22,7 +22,7 @@ contains
       class(mechanical_system_t), intent(in) :: model
       !> Weight and solver.
       type(method_t), intent(in) :: method
-      !> Where.
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> P_v: (n, n).
       real(wp), allocatable, intent(out) :: p_v_matrix(:, :)

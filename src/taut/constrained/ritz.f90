@@ -142,7 +142,7 @@ contains
    subroutine mass(self, at, m)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The reduced mass matrix, one dense block.
       type(block_diagonal_t), intent(inout) :: m
@@ -157,7 +157,7 @@ contains
    subroutine weight(self, at, w)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The reduced weight, one dense block.
       type(block_diagonal_t), intent(inout) :: w
@@ -172,7 +172,7 @@ contains
    subroutine force(self, at, value)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> The reduced force: (n).
       real(wp), intent(out) :: value(:)
@@ -186,7 +186,7 @@ contains
    subroutine constraint(self, at, value)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> phi: (n_phi).
       real(wp), intent(out) :: value(:)
@@ -198,7 +198,7 @@ contains
    subroutine jacobian(self, at, a)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The reduced constraint matrix: (c, n).
       real(wp), intent(out) :: a(:, :)
@@ -212,7 +212,7 @@ contains
    subroutine velocity_rhs(self, at, value)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> b': (c).
       real(wp), intent(out) :: value(:)
@@ -224,7 +224,7 @@ contains
    subroutine acceleration_rhs(self, at, value)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state; its x, v and t are used.
       type(state_t), intent(in) :: at
       !> b'': (c).
       real(wp), intent(out) :: value(:)
@@ -236,7 +236,7 @@ contains
    subroutine w_rate(self, at, value)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> g: (n_w).
       real(wp), intent(out) :: value(:)
@@ -248,7 +248,7 @@ contains
    function energy(self, at)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy [J].
       real(wp) :: energy
@@ -297,7 +297,7 @@ contains
    subroutine outputs(self, at, lambda, values)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state that the row of the table is about.
       type(state_t), intent(in) :: at
       !> Multipliers: (c).
       real(wp), intent(in) :: lambda(:)
@@ -373,7 +373,7 @@ contains
    subroutine event_values(self, at, values)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
-      !> Where.
+      !> The state at which they are evaluated.
       type(state_t), intent(in) :: at
       !> The functions: (n_events).
       real(wp), intent(out) :: values(:)

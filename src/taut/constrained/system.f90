@@ -103,9 +103,9 @@ module taut_constrained_system
          implicit none (type, external)
          !> The system.
          class(mechanical_system_t), intent(in) :: self
-         !> Where.
+         !> The state; what of it may be used is said above.
          type(state_t), intent(in) :: at
-         !> The result.
+         !> The vector, all of it to be set.
          real(wp), intent(out) :: value(:)
       end subroutine vector_at_state
 
@@ -128,9 +128,9 @@ module taut_constrained_system
       module subroutine zero_vector(self, at, value)
          !> The system.
          class(mechanical_system_t), intent(in) :: self
-         !> Where.
+         !> The state at which it is evaluated.
          type(state_t), intent(in) :: at
-         !> The result.
+         !> The vector.
          real(wp), intent(out) :: value(:)
       end subroutine zero_vector
 
@@ -138,9 +138,9 @@ module taut_constrained_system
       module subroutine vector_not_supplied(self, at, value)
          !> The system.
          class(mechanical_system_t), intent(in) :: self
-         !> Where.
+         !> The state at which it is evaluated.
          type(state_t), intent(in) :: at
-         !> The result.
+         !> The vector.
          real(wp), intent(out) :: value(:)
       end subroutine vector_not_supplied
 
@@ -239,7 +239,7 @@ module taut_constrained_system
       module function no_energy(self, at) result(energy)
          !> The system.
          class(mechanical_system_t), intent(in) :: self
-         !> Where.
+         !> The state; its x and v are used.
          type(state_t), intent(in) :: at
          !> Energy [J].
          real(wp) :: energy

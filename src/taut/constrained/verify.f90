@@ -34,7 +34,7 @@ contains
    subroutine verify(model, at, findings, error, tolerance)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
-      !> Where.
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> What is wrong; empty if nothing is.
       type(finding_t), allocatable, intent(out) :: findings(:)

@@ -50,8 +50,10 @@ contains
       class(banded_factor_t), intent(inout) :: self
       !> Entries, finite: the diagonal (n), then those below it.
       real(wp), intent(in), contiguous :: s(:)
-      !> Row and column of those below the diagonal.
-      integer, intent(in), contiguous :: row(:), column(:)
+      !> Row of each entry below the diagonal.
+      integer, intent(in), contiguous :: row(:)
+      !> Its column.
+      integer, intent(in), contiguous :: column(:)
       !> Pivots up to this part of their diagonal entry are zero.
       real(wp), intent(in) :: cut
       integer :: i, j, k

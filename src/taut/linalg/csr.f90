@@ -38,8 +38,10 @@ contains
    subroutine init(self, c, n)
       !> The matrix.
       class(csr_t), intent(out) :: self
-      !> Rows and columns.
-      integer, intent(in) :: c, n
+      !> Number of rows.
+      integer, intent(in) :: c
+      !> Number of columns.
+      integer, intent(in) :: n
 
       self%c = c
       self%n = n

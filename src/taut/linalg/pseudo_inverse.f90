@@ -226,8 +226,10 @@ contains
    subroutine singular_value_init(self, m, n)
       !> The solver.
       class(singular_value_inverse_t), intent(inout) :: self
-      !> Rows and columns.
-      integer, intent(in) :: m, n
+      !> Number of rows.
+      integer, intent(in) :: m
+      !> Number of columns.
+      integer, intent(in) :: n
       integer :: info, rank, query_iwork(1)
       real(wp) :: query_work(1)
 

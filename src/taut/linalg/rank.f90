@@ -124,8 +124,10 @@ contains
    pure function rank_by_pivots(p, rcond, doubtful) result(rank)
       !> Pivots of a matrix of unit diagonal in decreasing order.
       real(wp), intent(in) :: p(:)
-      !> See `effective_rank`.
-      real(wp), intent(in) :: rcond, doubtful
+      !> Relative to the largest: certainly zero below, see `effective_rank`.
+      real(wp), intent(in) :: rcond
+      !> Relative to the largest: certainly not zero above.
+      real(wp), intent(in) :: doubtful
       !> Its rank.
       integer :: rank
 
@@ -136,8 +138,10 @@ contains
    pure function clear_rank_by_pivots(p, rcond, doubtful) result(rank)
       !> Pivots of a matrix of unit diagonal in decreasing order.
       real(wp), intent(in) :: p(:)
-      !> See `effective_rank`.
-      real(wp), intent(in) :: rcond, doubtful
+      !> Relative to the largest: certainly zero below, see `effective_rank`.
+      real(wp), intent(in) :: rcond
+      !> Relative to the largest: certainly not zero above.
+      real(wp), intent(in) :: doubtful
       !> Its rank, or -1.
       integer :: rank
       logical :: clear

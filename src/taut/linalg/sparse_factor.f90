@@ -35,8 +35,10 @@ contains
       class(sparse_factor_t), intent(out) :: self
       !> Rows.
       integer, intent(in) :: n
-      !> Row and column of the entries below the diagonal, row by row.
-      integer, intent(in) :: row(:), column(:)
+      !> Row of each entry below the diagonal, row by row.
+      integer, intent(in) :: row(:)
+      !> Its column.
+      integer, intent(in) :: column(:)
       integer :: flag(n), parent(n), count_of(n), e, i, k, m, round
 
       self%n = n

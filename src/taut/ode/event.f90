@@ -48,8 +48,10 @@ contains
 
    !> Whether a function changes its sign in the wanted direction between two values.
    elemental function crosses(g0, g1, direction) result(answer)
-      !> Values at the earlier and at the later end.
-      real(wp), intent(in) :: g0, g1
+      !> Value at the earlier end.
+      real(wp), intent(in) :: g0
+      !> Value at the later end.
+      real(wp), intent(in) :: g1
       !> 1 upward, -1 downward, 0 both.
       integer, intent(in) :: direction
       !> True also where the later value is zero, false where the earlier one is.

@@ -119,8 +119,10 @@ contains
       class(step_control_t), intent(in) :: self
       !> What is measured: (n).
       real(wp), intent(in), contiguous :: d(:)
-      !> States that set the scale: (n).
-      real(wp), intent(in), contiguous :: y0(:), y1(:)
+      !> One state that sets the scale: (n).
+      real(wp), intent(in), contiguous :: y0(:)
+      !> Another one: (n).
+      real(wp), intent(in), contiguous :: y1(:)
       !> Its norm; 1 is at the tolerance.
       real(wp) :: value
       real(wp) :: other, ratio, second
@@ -159,8 +161,10 @@ contains
       !> Estimates of its local error, the first of the higher order: (n, 1 or 2). Two are taken together as in Hairer's code
       !! DOP853, E1^2/sqrt(E1^2 + 0.01 E2^2), Sect. II.10 of the book.
       real(wp), intent(in), contiguous :: error(:, :)
-      !> States at the step's start and end: (n).
-      real(wp), intent(in), contiguous :: y0(:), y1(:)
+      !> State at the step's start: (n).
+      real(wp), intent(in), contiguous :: y0(:)
+      !> State at the step's end: (n).
+      real(wp), intent(in), contiguous :: y1(:)
       !> Length of the next try [s].
       real(wp), intent(out) :: h_next
       !> Whether the step holds.

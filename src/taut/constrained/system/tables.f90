@@ -85,7 +85,7 @@ contains
    subroutine no_outputs(self, at, lambda, values)
       !> The system.
       class(tabulated_system_t), intent(in) :: self
-      !> Where.
+      !> The state that the row of the table is about.
       type(state_t), intent(in) :: at
       !> Multipliers of Eq. (14b): (c).
       real(wp), intent(in) :: lambda(:)
@@ -140,7 +140,7 @@ contains
    subroutine no_event_values(self, at, values)
       !> The system.
       class(tabulated_system_t), intent(in) :: self
-      !> Where.
+      !> The state at which they are evaluated.
       type(state_t), intent(in) :: at
       !> The functions: (n_events).
       real(wp), intent(out) :: values(:)

@@ -88,7 +88,7 @@ contains
       class(banded_solver_t), intent(in) :: self
       !> Its place in the ordering.
       integer, intent(in) :: i
-      !> The answer.
+      !> Whether it was.
       logical :: left_out
 
       left_out = .not. self%band%reciprocal(i) > 0.0_wp

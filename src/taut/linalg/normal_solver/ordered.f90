@@ -63,7 +63,7 @@ module taut_linalg_normal_solver_ordered
          class(ordered_solver_t), intent(in) :: self
          !> Its place in the ordering.
          integer, intent(in) :: i
-         !> The answer.
+         !> Whether it was.
          logical :: left_out
       end function is_left_out
 
@@ -85,8 +85,10 @@ contains
       real(wp), intent(in) :: rcond
       !> The pattern of A; where all entries are stored, that which says so.
       type(csr_t), intent(out) :: pattern
-      !> First neighbor of each row, and the neighbors, as of `graph` of `normal_matrix_t`.
-      integer, allocatable, intent(out) :: first(:), neighbor(:)
+      !> First neighbor of each row, as of `graph` of `normal_matrix_t`.
+      integer, allocatable, intent(out) :: first(:)
+      !> The neighbors.
+      integer, allocatable, intent(out) :: neighbor(:)
       integer :: i, j
 
       self%c = c
