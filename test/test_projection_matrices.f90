@@ -7,8 +7,10 @@ module test_projection_matrices
    use taut_error, only: error_t, to_text
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection_matrices, only: projection_matrices
+   use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_null_space, only: null_space
    implicit none (type, external)
    private
    public :: collect_projection_matrices
@@ -39,6 +41,7 @@ contains
               new_test('W = I and W = M differ', weights_differ), &
               new_test('W = I and W = m I are the same', weights_agree), &
               new_test('Eqs (11) minimize the functional of Eq. (15)', least_functional), &
+              new_test('a start where some velocities are held', held_start), &
               new_test('projectors where there are none', no_projectors)]
    end function collect_projection_matrices
 
@@ -245,6 +248,40 @@ contains
          rows(:, :) = rows - spread(matmul(rows, q), 2, size(q))*spread(q, 1, size(rows, 1))
       end do
    end function null_projector
+
+   !> What is held stays bit for bit; the others move least in the metric W, those of the free velocities.
+   subroutine held_start(failure)
+      character(:), allocatable, intent(inout) :: failure
+      integer, parameter :: c = 2, n = 6
+      logical, parameter :: held(n) = [.true., .false., .false., .true., .false., .false.]
+      type(given_t) :: system
+      type(method_t) :: method
+      type(start_report_t) :: report
+      type(state_t) :: at, given
+      type(error_t), allocatable :: error
+      real(wp), allocatable :: a_plus(:, :), w_free(:, :), z(:, :)
+      integer, allocatable :: free(:)
+      integer :: i, info, rank
+
+      system = random_system(c, n, c)
+      free = pack([(i, i=1, n)], .not. held)
+      call null_space(system%a(:, free), z, a_plus, rank, info)
+      w_free = matmul(transpose(z), system%w(free, free))
+      method%weight = 'given'
+      given%x = random_vector(n)
+      given%v = random_vector(n)
+      at = given
+      call consistent_start(system, method, at, report, error, held)
+      call no_error(failure, error)
+      call check(failure, all(abs(at%x - given%x) <= 0.0_wp .eqv. held), 'coordinates')
+      call check(failure, all(abs(at%v - given%v) <= 0.0_wp .eqv. held), 'velocities')
+      call check_below(failure, maxval(abs(matmul(system%a, at%x))), 1.0e-12_wp, 'phi')
+      call check_below(failure, maxval(abs(matmul(system%a, at%v) - system%b1)), 1.0e-12_wp, 'phidot')
+      call check_below(failure, maxval(abs(matmul(w_free, at%x(free) - given%x(free)))), 1.0e-11_wp, 'least displacement')
+      call check_below(failure, maxval(abs(matmul(w_free, at%v(free) - given%v(free)))), 1.0e-11_wp, 'least change')
+      call consistent_start(system, method, given, report, error, [(.true., i=1, n)])
+      call check(failure, allocated(error), 'what is held cannot be mended')
+   end subroutine held_start
 
    subroutine no_projectors(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -72,6 +72,9 @@ module taut_constrained_projection
       real(wp), allocatable, private :: phi(:), nu(:), d(:), x_before(:), r(:), normal(:)
       !> Of all rows.
       real(wp), allocatable, private :: zero(:)
+      !> Velocities along which nothing is moved, and what they give of A v: (n), (c); not allocated: none.
+      logical, allocatable, private :: held(:)
+      real(wp), allocatable, private :: from_held(:)
    contains
       procedure :: init
       procedure :: position
@@ -135,13 +138,15 @@ contains
    end subroutine evaluate_row
 
    !> Allocates the workspace; nothing is allocated afterwards.
-   subroutine init(self, model, method)
+   subroutine init(self, model, method, held)
       !> The projector.
       class(projector_t), intent(inout) :: self
       !> The system whose constraints are met.
       class(mechanical_system_t), intent(in) :: model
       !> Weight, tolerances, solver.
       type(method_t), intent(in) :: method
+      !> Velocities along which nothing is moved, neither coordinates nor the velocities themselves: (n). Default: none.
+      logical, intent(in), optional :: held(:)
       integer, allocatable :: blocks(:)
 
       self%identity = method%weight == 'identity'
@@ -151,6 +156,11 @@ contains
       self%tolerance = method%projection_tolerance
       self%max_iterations = method%max_iterations
       self%all_holonomic = model%n_phi == model%c
+      if (allocated(self%held)) deallocate (self%held, self%from_held)
+      if (present(held)) then
+         allocate (self%held, source=held)
+         allocate (self%from_held(model%c), source=0.0_wp)
+      end if
       if (allocated(self%b_prime)) deallocate (self%b_prime, self%mu, self%r, self%normal, self%phi, self%nu, self%d, &
                                                self%x_before, self%zero)
       allocate (self%b_prime(model%c), self%mu(model%c), self%r(model%c), self%normal(model%c), self%zero(model%c), &
@@ -182,9 +192,28 @@ contains
       else
          call model%weight(at, self%w)
       end if
+      if (allocated(self%held)) call decouple(self%w, self%held)
       call self%w%factorize(info)
       self%w_ready = info == 0
    end subroutine renew_weight
+
+   !> Rows and columns of what is held become those of the identity, so that the others do not move it.
+   pure subroutine decouple(w, held)
+      type(block_diagonal_t), intent(inout) :: w
+      logical, intent(in) :: held(:)
+      integer :: b, i, j, k, s
+
+      k = 0
+      do b = 1, size(w%first) - 1
+         s = w%first(b + 1) - w%first(b)
+         do j = w%first(b), w%first(b) + s - 1
+            do i = w%first(b), w%first(b) + s - 1
+               k = k + 1
+               if (held(i) .or. held(j)) w%values(k) = merge(1.0_wp, 0.0_wp, i == j)
+            end do
+         end do
+      end do
+   end subroutine decouple
 
    !> Newton's iteration (17): x (+) (-W^-1 A^T S^+ phi) until no entry of phi exceeds the tolerance.
    !!
@@ -431,7 +460,7 @@ contains
       call self%velocity(model, at)
    end subroutine correct
 
-   !> A at a state.
+   !> A at a state; what is held has no part in it.
    subroutine evaluate(self, model, at)
       !> The projector.
       class(projector_t), intent(inout) :: self
@@ -441,7 +470,36 @@ contains
       type(state_t), intent(in) :: at
 
       call evaluate_jacobian(model, at, self%a)
+      if (.not. allocated(self%held)) return
+      self%d(:) = merge(at%v, 0.0_wp, self%held)
+      call self%a%multiply(self%d, self%from_held)
+      call clear_columns(self%a, self%held)
    end subroutine evaluate
+
+   !> Sets columns to zero.
+   pure subroutine clear_columns(a, chosen)
+      type(csr_t), intent(inout) :: a
+      logical, intent(in) :: chosen(:)
+      integer :: i
+
+      if (a%full) then
+         do i = 1, a%c
+            where (chosen) a%values((i - 1)*a%n + 1:i*a%n) = 0.0_wp
+         end do
+      else
+         where (chosen(a%column)) a%values = 0.0_wp
+      end if
+   end subroutine clear_columns
+
+   !> b', less what is held gives of A v already.
+   subroutine evaluate_rates(self, model, at)
+      type(projector_t), intent(inout) :: self
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+
+      call model%velocity_rhs(at, self%b_prime)
+      if (allocated(self%held)) self%b_prime(:) = self%b_prime - self%from_held
+   end subroutine evaluate_rates
 
    !> W and S = A W^-1 A^T at a state, with A in place.
    subroutine factorize(self, model, at, info, noise)
@@ -502,7 +560,7 @@ contains
       real(wp), intent(inout), contiguous :: phidot(:)
 
       call model%constraint(at, phi)
-      call model%velocity_rhs(at, self%b_prime)
+      call evaluate_rates(self, model, at)
       call self%a%multiply(at%v, phidot, self%b_prime)
    end subroutine violations
 
@@ -520,7 +578,7 @@ contains
 
       self%phidot_raw = 0.0_wp
       if (model%c == 0) return
-      call model%velocity_rhs(at, self%b_prime)
+      call evaluate_rates(self, model, at)
       if (present(shift)) then
          do i = 1, model%c
             self%r(i) = self%b_prime(i) - shift(i)
@@ -543,7 +601,7 @@ contains
 
       self%phidot_raw = 0.0_wp
       if (model%c == 0) return
-      call model%velocity_rhs(at, self%b_prime)
+      call evaluate_rates(self, model, at)
       call self%a%multiply(at%v, self%r, self%b_prime)
       self%phidot_raw = largest_entry(self%r)
    end subroutine velocity_violation

@@ -32,7 +32,7 @@ module taut_constrained_start
 contains
 
    !> Brings an initial state to the constraints: x by Eq. (17), v by Eq. (11a); where they are not enforced it stays.
-   subroutine consistent_start(model, method, at, report, error)
+   subroutine consistent_start(model, method, at, report, error, held)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
       !> Weight, tolerances, solver.
@@ -43,6 +43,8 @@ contains
       type(start_report_t), intent(out) :: report
       !> Sizes that do not fit, or a state that no projection mends.
       type(error_t), allocatable, intent(inout) :: error
+      !> Velocities that keep what they were given, and with them coordinates: (n). Default: none.
+      logical, intent(in), optional :: held(:)
       type(projector_t) :: projector
       type(method_t) :: patient
       real(wp), allocatable :: x(:), v(:)
@@ -82,7 +84,7 @@ contains
       ! Far from the constraints the iteration may need more patience than inside a step.
       patient = method
       patient%max_iterations = max(100, method%max_iterations)
-      call projector%init(model, patient)
+      call projector%init(model, patient, held)
       call projector%position(model, at, info)
       report%phi_given = projector%phi_raw
       report%phi_left = projector%residual
