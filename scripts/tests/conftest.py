@@ -1,17 +1,28 @@
 import contextlib
 import os
 import shutil
+import signal
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NoReturn
 
 import pytest
+from processes import adopting_orphans
 from slurm_cluster import Cluster, NoSlurmError, running_cluster
+from sweep_runs import SCRIPT, Begin, Sweep
 
 ROOT = Path(__file__).parents[2]
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def pytest_configure() -> None:
+    """Lets signals end what the tests start, also where nohup or a shell in the background ignores them."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1):
+        if signal.getsignal(number) == signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
 
 
 @pytest.fixture(scope="session")
@@ -102,3 +113,50 @@ def no_slurm(why: NoSlurmError) -> NoReturn:
     if os.environ.get("CI"):
         pytest.fail(f"Slurm cannot be started: {why}")
     pytest.skip(f"Slurm cannot be started: {why}")
+
+
+@pytest.fixture
+def sweep_environment(pendulum: Path) -> dict[str, str]:
+    return os.environ | {"TAUT_BIN": str(pendulum.parent)}
+
+
+@pytest.fixture
+def sweep(sweep_environment: dict[str, str], tmp_path: Path) -> Sweep:
+    """Runs scripts/sweep on sweep.toml in a folder of its own."""
+
+    def command(
+        name: str, *arguments: str, cwd: Path = tmp_path, results: Path | None = None, **more: str
+    ) -> subprocess.CompletedProcess[str]:
+        where = [] if results is None else ["--results", results]
+        return subprocess.run(
+            [sys.executable, SCRIPT, name, "sweep.toml", *where, *arguments],
+            cwd=cwd,
+            env=sweep_environment | more,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+
+    return command
+
+
+@pytest.fixture
+def begin(sweep_environment: dict[str, str], tmp_path: Path) -> Iterator[Begin]:
+    """Starts scripts/sweep run on sweep.toml; what still runs after the test is killed, programs included."""
+
+    def command(*arguments: str, **more: str) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [sys.executable, SCRIPT, "run", "sweep.toml", *arguments],
+            cwd=tmp_path,
+            env=sweep_environment | more,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        stack.enter_context(process)
+        stack.callback(process.kill)
+        return process
+
+    with adopting_orphans(), contextlib.ExitStack() as stack:
+        yield command

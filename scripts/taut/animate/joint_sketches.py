@@ -305,8 +305,7 @@ def draw_all(folder: Path) -> list[Path]:
         for name in SKETCHES:
             path = folder / f"{name}.png"
             figure = draw(name)
-            figure.savefig(path, dpi=130, metadata={"Software": None})
-            plt.close(figure)
+            style.save(figure, path, dpi=130)
             paths.append(path)
     return paths
 
