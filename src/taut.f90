@@ -20,7 +20,8 @@ module taut
    use taut_version, only: version
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_pseudo_inverse, only: pseudo_inverse_t, path_name
-   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot
+   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot, inside_step, &
+                              step_end, evaluated_step_end
    use taut_ode_status, only: status_name, status_reached_end, status_event, status_step_too_small, &
                               status_too_many_steps, status_not_finite, status_rhs_failed, status_projection_failed, &
                               status_output_failed, status_not_started, status_interrupted
@@ -66,7 +67,7 @@ module taut
    public :: equilibrium, equilibrium_options_t, equilibrium_result_t, eigenmodes, modes_options_t, modes_t
    public :: integrator_names, stepper_t, step_control_t, controller_constants_t, work_t
    public :: ode_system_t, integrator_t, projector_t, pseudo_inverse_t, path_name
-   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot
+   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot, inside_step, step_end, evaluated_step_end
    public :: status_name, status_reached_end, status_event, status_step_too_small, status_too_many_steps, &
              status_not_finite, status_rhs_failed, status_projection_failed, status_output_failed, status_not_started, &
              status_interrupted

@@ -32,6 +32,7 @@ contains
                new_test('events that are not set up are refused', events_not_set), &
                new_test('a far end with a terminal event', far_end), &
                new_test('yu-chen with a tolerance of its own', rare_corrections), &
+               new_test('a projection before the last stage costs no evaluation', projected_first), &
                new_test('steps that contradict each other are refused', contradictions), &
                new_test('a mass matrix that does not fit its blocks', mass_does_not_fit)]
    end function collect_ode_edges
@@ -57,6 +58,38 @@ contains
       at%x = [1.0_wp, 0.0_wp]
       at%v = [0.0_wp, 0.0_wp]
    end subroutine horizontal
+
+   !> Where F(P(y)) differs from F(y), the new state is projected first: six evaluations a step, and nothing else changes.
+   subroutine projected_first(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: model
+      type(method_t) :: methods(3)
+      type(integration_options_t) :: options
+      type(integration_result_t) :: result
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      real(wp) :: phi(1)
+      integer :: i
+
+      methods(1)%stage_projection = 'none'
+      methods(2)%name = 'coordinate-projection'
+      methods(3)%name = 'yu-chen'
+      methods(3)%correction_tolerance = 1.0e-9_wp
+      options%rtol = 1.0e-8_wp
+      do i = 1, 3
+         call horizontal(model, at)
+         call simulate(model, at, 2.0_wp, result, error, method=methods(i), options=options)
+         call no_error(failure, error)
+         call check(failure, result%rhs_evaluations == 6*(result%steps + result%rejected) + 2, &
+                    trim(methods(i)%name)//': evaluations')
+         call model%constraint(at, phi)
+         call check_below(failure, phi(1), merge(1.0e-9_wp, 1.0e-12_wp, i == 3), trim(methods(i)%name)//': position')
+         call check_below(failure, dot_product(at%x, at%v), merge(1.0e-9_wp, 1.0e-12_wp, i == 3), &
+                          trim(methods(i)%name)//': velocity')
+         call check_close(failure, 0.5_wp*dot_product(at%v, at%v) + g*at%x(2), 0.0_wp, 1.0e-6_wp, &
+                          trim(methods(i)%name)//': energy')
+      end do
+   end subroutine projected_first
 
    subroutine no_number(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -13,7 +13,7 @@ module test_stepper
    use taut_ode_stepper, only: stepper_t
    use taut_ode_stepper_choose, only: choose_stepper, integrator_names
    use taut_ode_stepper_explicit_pair, only: explicit_pair_t
-   use taut_ode_system, only: ode_system_t, rhs_ok
+   use taut_ode_system, only: ode_system_t, rhs_ok, step_end
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -444,7 +444,7 @@ contains
       call ode%weigh_error(h, self%error(:, 1))
       call control%decide(h, self%error, y, y_new, h_next, accepted)
       if (.not. accepted) return
-      call ode%project(t_new, y_new, .false., stale, info)
+      call ode%project(t_new, y_new, step_end, stale, info)
       call self%evaluate(ode, t_new, y_new, self%slope_new, info)
    end subroutine try
 

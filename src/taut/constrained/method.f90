@@ -267,15 +267,15 @@ contains
 
    !> Brings coordinates that are redundant by themselves back to their manifold: every right-hand side does so first, so
    !! that its value stays.
-   subroutine normalize(self, t, y, fresh, stale, info)
+   subroutine normalize(self, t, y, place, stale, info)
       !> The formulation.
       class(constrained_ode_t), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
       !> State {x; v; w}, replaced: (size).
       real(wp), intent(inout), contiguous :: y(:)
-      !> Whether the last call of `rhs` was for this very t and y.
-      logical, intent(in) :: fresh
+      !> `inside_step`, `step_end` or `evaluated_step_end`.
+      integer, intent(in) :: place
       !> False: the derivative stays.
       logical, intent(out) :: stale
       !> `rhs_ok`.
@@ -284,7 +284,7 @@ contains
       stale = .false.
       info = rhs_ok
       call self%model%normalize(y(1:self%model%n_x))
-      associate (unused_time => t, unused_flag => fresh)
+      associate (unused_time => t, unused_place => place)
       end associate
    end subroutine normalize
 

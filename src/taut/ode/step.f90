@@ -7,7 +7,7 @@ module taut_ode_step
    use taut_ode_step_control, only: step_control_t
    use taut_ode_stepper, only: stepper_t
    use taut_ode_stepper_choose, only: choose_stepper
-   use taut_ode_system, only: ode_system_t, rhs_ok
+   use taut_ode_system, only: inside_step, ode_system_t, rhs_ok
    implicit none (type, external)
    private
    public :: step_t
@@ -109,7 +109,7 @@ contains
 
       call self%set_bounds(stop_time)
       call self%apply_bounds(ode)
-      call ode%project(self%t, self%y, .false., stale, info)
+      call ode%project(self%t, self%y, inside_step, stale, info)
    end subroutine cross
 
    !> History and length of the first step of a stretch without breakpoints.
@@ -204,7 +204,7 @@ contains
          self%dense = .true.
       end if
       call self%stepper%interpolate((t - self%t)/self%h_tried, self%y_inside)
-      call ode%project(t, self%y_inside, .false., stale, info)
+      call ode%project(t, self%y_inside, inside_step, stale, info)
    end subroutine interpolate
 
    !> Passes through an archive what is remembered between two steps.

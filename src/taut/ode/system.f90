@@ -6,6 +6,7 @@ module taut_ode_system
    private
    public :: ode_system_t
    public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot
+   public :: inside_step, step_end, evaluated_step_end
 
    !> What a right-hand side or a projection answers.
    !!
@@ -13,11 +14,16 @@ module taut_ode_system
    !! constraints did not converge, try a smaller step; `rhs_cannot`: the system does not offer this at all.
    integer, parameter :: rhs_ok = 0, rhs_retry = 1, rhs_failed = 2, rhs_no_projection = 3, rhs_cannot = 4
 
+   !> Where a state lies that is projected: inside a step or at none; at the end of a step; there, and the last call of the
+   !! right-hand side was for this very state, so that what it found may be used again.
+   integer, parameter :: inside_step = 1, step_end = 2, evaluated_step_end = 3
+
    !> y' = f(t, y). A system owns the workspace of its right-hand side: one object per thread.
    !!
    !! Any integrator may call it, in this order. Every one: `rhs` at the states of its stages; `filter_error` on each vector
-   !! that estimates the local error, before its norm is taken; `project` on a new state (`fresh` if the last call of `rhs` was
-   !! for it) and on states interpolated inside a step, and `rhs` once more where the answer is `stale`; `accepted` when a step
+   !! that estimates the local error, before its norm is taken; `project` on a new state, before or
+   !! behind the evaluation there (see `rhs_projects`), and on states interpolated inside a step, and `rhs` once more where the
+   !! answer is `stale`; `accepted` when a step
    !! holds and its output is done. An implicit one besides: `linearize` at a state, `factorize` for each shift that it needs
    !! and `solve` as often as it likes, until the next of them; `weigh_error` on an estimate from such solutions. Times given
    !! to `rhs` are kept within `t_low` and `t_high`, which the integrator sets at a breakpoint and `huge` where there is none.
@@ -25,6 +31,9 @@ module taut_ode_system
       !> Whether a step is rejected when its projection moves the state by more than the integrator's `projection_limit`: it
       !! makes no sense where violations gather over many steps before they are corrected.
       logical :: limits_projection = .true.
+      !> Whether the right-hand side F satisfies F(P(y)) = F(y), with P what `project` does: then an evaluation at a new state holds
+      !! for the projected one too, and `project` may follow it at no cost. Else a new state is projected first.
+      logical :: rhs_projects = .true.
       !> Times between which the system is looked at [s], set by the integrator: inside two breakpoints, where a load or a drive
       !! may jump. A state at a breakpoint belongs to the stretch before it, until the next one begins.
       real(wp) :: t_low = -huge(1.0_wp), t_high = huge(1.0_wp)
@@ -63,23 +72,23 @@ module taut_ode_system
 contains
 
    !> Replaces a state by the one on the system's invariants. The default leaves it as it is.
-   subroutine project_nothing(self, t, y, fresh, stale, info)
+   subroutine project_nothing(self, t, y, place, stale, info)
       !> The system.
       class(ode_system_t), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
       !> State, replaced: (n).
       real(wp), intent(inout), contiguous :: y(:)
-      !> Whether the last call of `rhs` was for this very t and y, so that what it found may be used again.
-      logical, intent(in) :: fresh
-      !> Whether the derivative at the new state differs from that at the old one and has to be evaluated again.
+      !> `inside_step`, `step_end` or `evaluated_step_end`.
+      integer, intent(in) :: place
+      !> Whether a derivative evaluated at the old state differs from that at the new one, and has to be evaluated again.
       logical, intent(out) :: stale
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
 
       stale = .false.
       info = rhs_ok
-      associate (unused_system => self, unused_time => t, unused_state => y, unused_flag => fresh)
+      associate (unused_system => self, unused_time => t, unused_state => y, unused_place => place)
       end associate
    end subroutine project_nothing
 

@@ -3,7 +3,7 @@ module taut_constrained_method_coordinate_projection
    use taut_kinds, only: wp
    use taut_constrained_method_baseline, only: baseline_t
    use taut_error, only: error_t
-   use taut_ode_system, only: rhs_ok
+   use taut_ode_system, only: evaluated_step_end, inside_step, rhs_ok
    implicit none (type, external)
    private
    public :: coordinate_projection_t
@@ -29,18 +29,19 @@ contains
 
       call self%baseline_t%set_up(error)
       self%replaces = .true.
+      self%rhs_projects = .false.
    end subroutine set_up
 
    !> Replaces x by Eq. (17) and v by Eq. (11a) where the violation exceeds the threshold.
-   subroutine project(self, t, y, fresh, stale, info)
+   subroutine project(self, t, y, place, stale, info)
       !> The formulation.
       class(coordinate_projection_t), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
       !> State {x; v; w}, replaced: (size).
       real(wp), intent(inout), contiguous :: y(:)
-      !> Whether the last call of `rhs` was for this very t and y.
-      logical, intent(in) :: fresh
+      !> `inside_step`, `step_end` or `evaluated_step_end`.
+      integer, intent(in) :: place
       !> Whether the derivative has to be evaluated again: if anything was replaced.
       logical, intent(out) :: stale
       !> One of the `rhs_` constants.
@@ -51,8 +52,8 @@ contains
       call self%projector%correct(self%model, self%at, info, threshold=self%threshold)
       if (info /= rhs_ok) return
       call self%pack(self%at, y)
-      if (.not. fresh) return
-      stale = max(self%projector%phi_raw, self%projector%phidot_raw) > self%threshold
+      if (place == inside_step) return
+      stale = place == evaluated_step_end .and. max(self%projector%phi_raw, self%projector%phidot_raw) > self%threshold
       call self%remember()
    end subroutine project
 

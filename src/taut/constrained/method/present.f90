@@ -3,7 +3,7 @@ module taut_constrained_method_present
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_constrained_method, only: constrained_ode_t, sample_t
-   use taut_ode_system, only: rhs_ok
+   use taut_ode_system, only: evaluated_step_end, inside_step, rhs_ok
    implicit none (type, external)
    private
    public :: present_t
@@ -37,6 +37,7 @@ contains
       self%replaces = self%options%state_projection /= 'none'
       self%replaces_v = self%options%state_projection == 'position-velocity'
       self%corrects_force = self%options%form == 'force'
+      self%rhs_projects = self%projects_stages .or. .not. self%replaces
       self%finds_mu = .true.
       call self%mass%init_reduced(self%model, self%options, self%projector, same_place=.true.)
       associate (unused_error => error)
@@ -120,16 +121,16 @@ contains
    !> Replaces x by Eq. (17) and v by Eq. (11a).
    !!
    !! With Eqs (11) on the projected state the right-hand side F satisfies F(P(y)) = F(y): the last stage holds P(y) already, and
-   !! its derivative stays valid.
-   subroutine project(self, t, y, fresh, stale, info)
+   !! its derivative stays valid. Without projection of stages P comes first, and `rhs` goes on from what it leaves.
+   subroutine project(self, t, y, place, stale, info)
       !> The formulation.
       class(present_t), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
       !> State {x; v; w}, replaced: (size).
       real(wp), intent(inout), contiguous :: y(:)
-      !> Whether the last call of `rhs` was for this very t and y.
-      logical, intent(in) :: fresh
+      !> `inside_step`, `step_end` or `evaluated_step_end`.
+      integer, intent(in) :: place
       !> Whether the derivative has to be evaluated again.
       logical, intent(out) :: stale
       !> One of the `rhs_` constants.
@@ -143,16 +144,16 @@ contains
          call self%model%normalize(y(:n_x))
          return
       end if
-      if (.not. (fresh .and. self%projects_stages)) then
+      if (.not. (place == evaluated_step_end .and. self%projects_stages)) then
          call self%unpack(t, y, self%at)
-         call self%projector%correct(self%model, self%at, info, linearized=fresh)
+         call self%projector%correct(self%model, self%at, info, linearized=place == evaluated_step_end)
          if (info /= rhs_ok) return
          self%projected = .not. self%projects_stages
-         stale = fresh
+         stale = place == evaluated_step_end
       end if
       y(:n_x) = self%at%x
       if (self%replaces_v) y(n_x + 1:n_x + self%model%n) = self%at%v
-      if (fresh) call self%remember()
+      if (place /= inside_step) call self%remember()
    end subroutine project
 
    !> Takes off the local error what `project` will take off the state.

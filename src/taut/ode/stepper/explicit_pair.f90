@@ -6,7 +6,7 @@ module taut_ode_stepper_explicit_pair
    use taut_kinds, only: wp
    use taut_ode_step_control, only: step_control_t
    use taut_ode_stepper, only: stepper_t
-   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry
+   use taut_ode_system, only: evaluated_step_end, ode_system_t, rhs_ok, rhs_retry, step_end
    implicit none (type, external)
    private
    public :: explicit_pair_t
@@ -240,21 +240,23 @@ contains
       real(wp), intent(out) :: h_next
       logical, intent(inout) :: accepted
       integer, intent(out) :: info
-      logical :: limited, stale
+      logical :: stale
       integer :: i
-      real(wp) :: t_stage
+      real(wp) :: moved, t_stage
 
       h_next = h
       info = rhs_ok
       do i = 2, self%stages
          call self%stage_state(i, h, y, y_new)
+         t_stage = t + self%node(i)*h
+         if (self%node(i) >= 1.0_wp) t_stage = t_new
          if (i == self%stages) then
             ! The derivatives are finite, their sum need not be.
             if (.not. all(abs(y_new) <= huge(1.0_wp))) info = rhs_retry
+            if (info == rhs_ok .and. .not. ode%rhs_projects) &
+               call project(self, ode, control, t_new, y, y_new, step_end, moved, stale, info)
+            if (info /= rhs_ok) return
          end if
-         if (info /= rhs_ok) return
-         t_stage = t + self%node(i)*h
-         if (self%node(i) >= 1.0_wp) t_stage = t_new
          call self%evaluate(ode, t_stage, y_new, self%k(:, i), info)
          if (info /= rhs_ok) return
       end do
@@ -267,21 +269,42 @@ contains
       call control%decide(h, self%error, y, y_new, h_next, accepted)
       if (.not. accepted) return
 
-      limited = control%aware_of_projection .and. ode%limits_projection
-      if (limited) self%y_work(:) = y_new
-      call ode%project(t_new, y_new, .true., stale, info)
-      if (info /= rhs_ok) return
-      if (limited) then
-         self%y_work(:) = self%y_work - y_new
-         if (control%norm(self%y_work, y, y_new) > control%projection_limit) then
-            accepted = .false.
-            h_next = h
-            call control%reduce(h_next)
-            return
-         end if
+      stale = .false.
+      if (ode%rhs_projects) then
+         call project(self, ode, control, t_new, y, y_new, evaluated_step_end, moved, stale, info)
+         if (info /= rhs_ok) return
+      end if
+      if (moved > control%projection_limit) then
+         accepted = .false.
+         h_next = h
+         call control%reduce(h_next)
+         return
       end if
       if (stale) call self%evaluate(ode, t_new, y_new, self%k(:, self%stages), info)
    end subroutine take
+
+   !> The new state on the system's invariants, and how far it was moved in units of the tolerance, if that is limited.
+   subroutine project(self, ode, control, t_new, y, y_new, place, moved, stale, info)
+      class(explicit_pair_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      type(step_control_t), intent(in) :: control
+      real(wp), intent(in) :: t_new
+      real(wp), intent(in), contiguous :: y(:)
+      real(wp), intent(inout), contiguous :: y_new(:)
+      integer, intent(in) :: place
+      real(wp), intent(out) :: moved
+      logical, intent(out) :: stale
+      integer, intent(out) :: info
+      logical :: limited
+
+      limited = control%aware_of_projection .and. ode%limits_projection
+      moved = 0.0_wp
+      if (limited) self%y_work(:) = y_new
+      call ode%project(t_new, y_new, place, stale, info)
+      if (info /= rhs_ok .or. .not. limited) return
+      self%y_work(:) = self%y_work - y_new
+      moved = control%norm(self%y_work, y, y_new)
+   end subroutine project
 
    !> The last derivative is the first one of the next step.
    subroutine accept(self)
