@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from taut.document.reference import DOCUMENTS as DOCUMENTS_OF_ENTRIES
+from taut.document.reference import renewed
+
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted(
     path
@@ -105,6 +108,13 @@ def test_every_example_is_built_and_listed() -> None:
     assert set(EXAMPLES.values()) == set(folder.glob("*.f90"))
     listed = re.findall(r"(?m)^\| \[(\w+)\]\((\w+\.f90)\)", text_of("cases/examples/README.md"))
     assert {name: folder / file for name, file in listed} == EXAMPLES
+
+
+@pytest.mark.parametrize("path", DOCUMENTS_OF_ENTRIES, ids=str)
+def test_references_are_what_the_apps_say(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert "<!-- reference: " in text
+    assert renewed(text) == text, "run scripts/reference"
 
 
 def said_by(*command: str | Path, folder: Path = ROOT) -> str:
