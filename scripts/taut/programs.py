@@ -98,7 +98,8 @@ def release(app: str) -> Path:
     if (found := fpm()) is None:
         raise TautError("fpm is not installed; run scripts/setup first")
     # fpm itself tells, for a build folder may hold programs made with several sets of flags.
-    command = [found, "run", app, "--profile", "release", "--runner", "echo"]
+    kind = [] if (ROOT / "app" / f"{app}.f90").is_file() else ["--example"]
+    command = [found, "run", *kind, app, "--profile", "release", "--runner", "echo"]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as build:

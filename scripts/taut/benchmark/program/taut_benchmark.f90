@@ -147,7 +147,7 @@ contains
       number = 0.0_wp
       read (text, *, iostat=status) number
       if (status /= 0 .and. .not. allocated(error)) &
-         call raise(error, 'command line', '"'//text//'" is not a number', 'see the head of app/taut_benchmark.f90')
+         call raise(error, 'command line', '"'//text//'" is not a number', 'see the head of its source')
    end function number
 
 end program taut_benchmark
