@@ -193,6 +193,10 @@ contains
       call load('&a x = 1.0 /', file, error)
       call no_error(failure, error)
       call check_entry(failure, file, 1, 1, 'x', '1.0', 1)
+      ! The mark with which some programs begin a file.
+      call load(char(239)//char(187)//char(191)//'&a x = 1.0 /', file, error)
+      call no_error(failure, error)
+      call check_entry(failure, file, 1, 1, 'x', '1.0', 1)
       call load('&a x = 1.0'//lf//'/ ! no line end after the last line', file, error)
       call no_error(failure, error)
       call check_entry(failure, file, 1, 1, 'x', '1.0', 1)

@@ -11,14 +11,14 @@
 !! which reads a case file, or tells the help what there is: a variable that is passed holds the default and takes what the file
 !! says. `item` takes what has a default and a number of values; `option` what may be missing, which stays unallocated then.
 module taut_case_entries
-   use, intrinsic :: iso_fortran_env, only: int64
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
+   use taut_case_assignment, only: left_out, no_repetition, no_such_subscript, not_apart, not_one_each, take_words, taken, &
+                                   too_many, wrong_number
    use taut_case_entry, only: choice_list, entry_t, joined, range_t, real_range
    use taut_case_namelist_file, only: group_t
    use taut_case_spelling, only: nearest_name
-   use taut_case_value, only: read_integer, read_logical, read_real, short_text, split_words, word_t, words_no_separator, &
-                              words_null
+   use taut_case_value, only: read_integer, read_logical, read_real, short_text, word_t
    implicit none (type, external)
    private
    public :: entries_t
@@ -551,9 +551,7 @@ contains
       character(*), intent(in) :: kind, help
       type(word_t), allocatable, intent(out) :: words(:)
       integer, allocatable, intent(out) :: places(:)
-      type(word_t), allocatable :: found(:)
-      integer(int64) :: total
-      integer :: code, i, j, n
+      integer :: code, n
 
       n = k
       k = 0
@@ -563,86 +561,31 @@ contains
       end do
       if (n > size(self%from%entries)) return
       self%met(n) = .true.
-      associate (it => self%from%entries(n))
-         call split_words(it%value, found, code)
-         select case (code)
-         case (words_null)
-            call self%refuse(n, 'cannot be read: a value is left out', 'write each value, with one comma between two')
-         case (words_no_separator)
-            call self%refuse(n, 'cannot be read: two values have nothing between them', 'put a comma between them')
-         end select
-         if (allocated(self%error)) return
-         total = 0
-         do i = 1, size(found)
-            if (found(i)%count < 1) call self%refuse(n, 'cannot be read: it repeats a value no time', 'write 3*0.5 for three of it')
-            total = total + min(found(i)%count, int(huge(n), int64))
-         end do
-         if (it%subscript /= '') then
-            call take_subscript(it%subscript, dims, places)
-            if (size(places) == 0) call self%refuse(n, 'cannot be read: '//name//' has no such subscript', &
-                                                    'leave the subscript out, or give one of the right type')
-         else if (size(dims) == 0 .or. size(counts) > 0) then
-            if (all(counts /= total)) then
-               if (size(dims) == 0) then
-                  call self%refuse(n, 'cannot be read: there is more than one '//kind, 'give one value of the right type')
-               else
-                  call self%refuse(n, 'cannot be read: there are not '//joined(counts)//' '//kind//'s', &
-                                   'give all, or one by its subscript: '//help)
-               end if
-            else
-               places = [(i, i=1, int(total))]
-            end if
-         else if (total > dims(1)) then
-            call self%refuse(n, 'cannot be read: there are more than '//to_text(dims(1))//' '//kind//'s', 'give fewer')
+      call take_words(self%from%entries(n)%value, self%from%entries(n)%subscript, dims, counts, words, places, code)
+      select case (code)
+      case (taken)
+         k = n
+      case (left_out)
+         call self%refuse(n, 'cannot be read: a value is left out', 'write each value, with one comma between two')
+      case (not_apart)
+         call self%refuse(n, 'cannot be read: two values have nothing between them', 'put a comma between them')
+      case (no_repetition)
+         call self%refuse(n, 'cannot be read: it repeats a value no time', 'write 3*0.5 for three of it')
+      case (no_such_subscript)
+         call self%refuse(n, 'cannot be read: '//name//' has no such subscript', &
+                          'leave the subscript out, or give one of the right type')
+      case (too_many)
+         call self%refuse(n, 'cannot be read: there are more than '//to_text(dims(1))//' '//kind//'s', 'give fewer')
+      case (not_one_each)
+         call self%refuse(n, 'cannot be read: there are not as many values as places', 'give one value for each subscript')
+      case (wrong_number)
+         if (size(dims) == 0) then
+            call self%refuse(n, 'cannot be read: there is more than one '//kind, 'give one value of the right type: '//help)
          else
-            places = [(i, i=1, int(total))]
+            call self%refuse(n, 'cannot be read: there are not '//joined(counts)//' '//kind//'s', &
+                             'give all, or one by its subscript: '//help)
          end if
-         if (allocated(self%error)) return
-         if (size(places) /= total) call self%refuse(n, 'cannot be read: there are not as many values as places', &
-                                                     'give one value for each subscript')
-      end associate
-      if (allocated(self%error)) return
-      allocate (words(size(places)))
-      j = 0
-      do i = 1, size(found)
-         words(j + 1:j + int(found(i)%count)) = found(i)
-         j = j + int(found(i)%count)
-      end do
-      k = n
+      end select
    end subroutine next
-
-   !> Places in column order that a subscript such as `2`, `1:3` or `:,2` names; none if it is impossible.
-   subroutine take_subscript(subscript, dims, places)
-      character(*), intent(in) :: subscript
-      integer, intent(in) :: dims(:)
-      integer, allocatable, intent(out) :: places(:)
-      integer :: colon, dimension, first, i, last, start, stop_at, stride
-      logical :: fits
-
-      places = [1]
-      stride = 1
-      start = 1
-      fits = size(dims) > 0
-      do dimension = 1, size(dims)
-         stop_at = start + index(subscript(start:)//',', ',') - 2
-         first = 1
-         last = dims(dimension)
-         colon = index(subscript(start:stop_at), ':')
-         if (colon == 0) then
-            call read_integer(word_t(subscript(start:stop_at)), first, fits)
-            last = first
-         else
-            if (colon > 1) call read_integer(word_t(subscript(start:start + colon - 2)), first, fits)
-            if (start + colon <= stop_at .and. fits) call read_integer(word_t(subscript(start + colon:stop_at)), last, fits)
-         end if
-         fits = fits .and. first >= 1 .and. first <= last .and. last <= dims(dimension)
-         start = stop_at + 2
-         fits = fits .and. (start <= len(subscript) .eqv. dimension < size(dims))
-         if (.not. fits) exit
-         places = [((places(i) + (colon - 1)*stride, i=1, size(places)), colon=first, last)]
-         stride = stride*dims(dimension)
-      end do
-      if (.not. fits) places = [integer ::]
-   end subroutine take_subscript
 
 end module taut_case_entries

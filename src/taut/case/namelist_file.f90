@@ -57,8 +57,10 @@ module taut_case_namelist_file
       procedure :: only_groups
       procedure :: complain
       procedure :: locate
-      procedure, private :: take_entries
    end type namelist_file_t
+
+   !> The mark with which some programs begin a file in UTF-8.
+   character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
 contains
 
@@ -72,8 +74,8 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(:), allocatable :: text
       integer, allocatable :: line(:)
-      type(group_t) :: group
-      integer :: i, first, last, start
+      type(group_t), allocatable :: groups(:)
+      integer :: i, first, last, n, start
 
       self%path = path
       first = index(path, '/', back=.true.) + 1
@@ -84,6 +86,9 @@ contains
       call read_text(path, text, self%content, line, error)
       if (allocated(error)) return
 
+      ! Room for all that there can be: lists that grow one by one take the square of the time.
+      allocate (groups(count([(text(i:i) == '&', i=1, len(text))])))
+      n = 0
       i = 1
       do
          i = i + verify_blank(text(i:)) - 1
@@ -99,22 +104,23 @@ contains
             if (.not. is_name(text(i:i))) exit
             i = i + 1
          end do
-         group%name = lower(text(start + 1:i - 1))
-         group%line = line(start)
-         if (allocated(group%entries)) deallocate (group%entries)
-         allocate (group%entries(0))
-         first = i
-         last = end_of_group(text, first)
-         if (last == 0) then
-            call raise(error, path//':'//to_text(group%line), 'the group &'//group%name//' has no end', &
-                       'end it with / (and close its quotation marks)')
-            return
-         end if
-         call self%take_entries(group, text(first:last - 1), line(first:last), error)
-         if (allocated(error)) return
-         self%groups = [self%groups, group]
+         n = n + 1
+         associate (group => groups(n))
+            group%name = lower(text(start + 1:i - 1))
+            group%line = line(start)
+            first = i
+            last = end_of_group(text, first)
+            if (last == 0) then
+               call raise(error, path//':'//to_text(group%line), 'the group &'//group%name//' has no end', &
+                          'end it with / (and close its quotation marks)')
+               return
+            end if
+            call take_entries(path, group, text(first:last - 1), line(first:last), error)
+            if (allocated(error)) return
+         end associate
          i = last + 1
       end do
+      self%groups = groups(:n)
    end subroutine load
 
    !> The whole file in one text, comments blanked, line ends as blanks; and the line of each character.
@@ -148,6 +154,7 @@ contains
          return
       end if
       content = text
+      if (index(text, byte_order_mark) == 1) text(:len(byte_order_mark)) = ''
       allocate (line(len(text)))
       number = 1
       quote = ' '
@@ -194,18 +201,21 @@ contains
    end function end_of_group
 
    !> Cuts the inside of a group at its assignments.
-   subroutine take_entries(self, group, text, line, error)
-      class(namelist_file_t), intent(in) :: self
+   subroutine take_entries(path, group, text, line, error)
+      character(*), intent(in) :: path
       type(group_t), intent(inout) :: group
       character(*), intent(in) :: text
       integer, intent(in) :: line(:)
       type(error_t), allocatable, intent(inout) :: error
       type(assignment_t) :: item
+      type(assignment_t), allocatable :: entries(:)
       integer, allocatable :: equals(:), starts(:)
       character :: quote
-      integer :: i, j, stop_at
+      integer :: i, j, n, stop_at
 
-      allocate (equals(0), starts(0))
+      n = count([(text(i:i) == '=', i=1, len(text))])
+      allocate (equals(n), starts(n), entries(n), group%entries(0))
+      n = 0
       quote = ' '
       do i = 1, len(text)
          if (quote /= ' ') then
@@ -213,36 +223,37 @@ contains
          else if (text(i:i) == '"' .or. text(i:i) == "'") then
             quote = text(i:i)
          else if (text(i:i) == '=') then
-            equals = [equals, i]
-            starts = [starts, name_before(text, i)]
+            n = n + 1
+            equals(n) = i
+            starts(n) = name_before(text, i)
          end if
       end do
       stop_at = len(text)
-      if (size(starts) > 0) stop_at = starts(1) - 1
+      if (n > 0) stop_at = starts(1) - 1
       if (len_trim(text(:stop_at)) > 0) then
          j = verify_blank(text)
-         call raise(error, group%place(self%path, line(j)), 'a value has no name: "'//word(text(j:))//'"', 'write name = value')
+         call raise(error, group%place(path, line(j)), 'a value has no name: "'//word(text(j:))//'"', 'write name = value')
          return
       end if
-      do i = 1, size(equals)
+      do i = 1, n
          stop_at = len(text)
-         if (i < size(equals)) stop_at = starts(i + 1) - 1
+         if (i < n) stop_at = starts(i + 1) - 1
          item%name = lower(trim(text(starts(i):equals(i) - 1)))
          item%line = line(starts(i))
          if (len(item%name) == 0) then
-            call raise(error, group%place(self%path, line(equals(i))), 'there is a = without a name before it', &
+            call raise(error, group%place(path, line(equals(i))), 'there is a = without a name before it', &
                        'write name = value')
             return
          end if
          ! A comma alone would be a null value, which leaves the default without a word.
          if (verify(text(equals(i) + 1:stop_at), ' ,') == 0) then
-            call raise(error, group%place(self%path, item%line), item%name//' has no value', 'write name = value')
+            call raise(error, group%place(path, item%line), item%name//' has no value', 'write name = value')
             return
          end if
-         do j = 1, size(group%entries)
-            if (group%entries(j)%name == item%name) then
-               call raise(error, group%place(self%path, item%line), item%name//' is given twice', &
-                          'remove one; the other is in line '//to_text(group%entries(j)%line))
+         do j = 1, i - 1
+            if (entries(j)%name == item%name) then
+               call raise(error, group%place(path, item%line), item%name//' is given twice', &
+                          'remove one; the other is in line '//to_text(entries(j)%line))
                return
             end if
          end do
@@ -250,8 +261,9 @@ contains
          item%subscript = squeezed(item%name(len(item%base) + 1:))
          item%value = trim(adjustl(text(equals(i) + 1:stop_at)))
          item%text = '&'//group%name//' '//item%name//' = '//item%value//' /'
-         group%entries = [group%entries, item]
+         entries(i) = item
       end do
+      group%entries = entries(:n)
    end subroutine take_entries
 
    !> Where the name before an equals sign begins, subscripts included.
