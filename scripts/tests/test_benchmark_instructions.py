@@ -15,10 +15,10 @@ Ir
 --------------------------------------------------------------------------------
 Ir            file:function
 --------------------------------------------------------------------------------
-500 (50.00%)  ???:__taut_linalg_banded_factor_MOD_factorize.isra.0 [/some/where/scripts/taut/benchmark/program/taut_benchmark]
-250 (25.00%)  ???:sum_groups.0.isra.0 [/some/where/scripts/taut/benchmark/program/taut_benchmark]
+500 (50.00%)  ???:__taut_linalg_banded_factor_MOD_factorize.isra.0 [/some/where/example/taut_benchmark]
+250 (25.00%)  ???:sum_groups.0.isra.0 [/some/where/example/taut_benchmark]
  70 ( 7.00%)  ./math/../sysdeps/e_sqrt.c:sqrt [/usr/lib/libm.so.6]
-  1 ( 0.10%)  ???:__taut_ode_integrate_MOD_run [/some/where/scripts/taut/benchmark/program/taut_benchmark]
+  1 ( 0.10%)  ???:__taut_ode_integrate_MOD_run [/some/where/example/taut_benchmark]
 """
 
 

@@ -210,7 +210,7 @@ contains
       integer :: k
       logical :: fits
 
-      if (.not. self%reading) call self%add(name, 'truth', '', '', '', trim(merge('.true. ', '.false.', value)), help)
+      if (.not. self%reading) call self%add(name, '.true. or .false.', '', '', '', trim(merge('.true. ', '.false.', value)), help)
       k = 0
       do
          call self%next(name, k, [integer ::], [1], 'truth value', help, words, places)

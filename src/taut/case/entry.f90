@@ -12,7 +12,7 @@ module taut_case_entry
    type :: entry_t
       !> Name in lower case.
       character(:), allocatable :: name
-      !> What a value is: `number`, `integer`, `truth`, `text`, or the texts that may be chosen.
+      !> What a value is: `number`, `integer`, `.true. or .false.`, `text`, or the texts that may be chosen.
       character(:), allocatable :: kind
       !> Unit of a value; empty for none.
       character(:), allocatable :: unit

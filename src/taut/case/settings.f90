@@ -106,8 +106,10 @@ contains
          call entries%item('min_step', o%min_step, 's', 'a run that needs shorter steps ends', least=0.0_wp)
          call entries%item('max_step', o%max_step, 's', 'longest step', above=0.0_wp)
          call entries%item('max_steps', o%max_steps, 'a run that needs more steps, rejected ones included, ends', least=1)
-         call entries%item('integrator', o%integrator, 'pair of formulas for a step', integrator_names)
-         call entries%item('step_control', o%step_control, 'how steps are chosen; "fixed": steps of first_step', &
+         call entries%item('integrator', o%integrator, 'formulas of a step: "dopri5", the paper''s, of order 5; '// &
+                           '"dop853", of order 8, for errors of 1e-7 and below', integrator_names)
+         call entries%item('step_control', o%step_control, 'how steps are chosen; "fixed": all of first_step; '// &
+                           '"odepkg-2009": the test behind the paper''s numbers, not for use', &
                            [character(len=16) :: 'standard', 'fixed', 'odepkg-2009'])
          call entries%item('norm', o%norm, 'norm of the error of a step', [character(len=3) :: 'rms', 'max'])
          call entries%item('projection_limit', o%projection_limit, '', &
@@ -124,8 +126,8 @@ contains
 
       call entries%group('output', 'what is written of a run')
       call entries%item('dt', self%dt, 's', 'time between two rows; 0: every step', least=0.0_wp)
-      call entries%option('columns', self%columns, 'columns that are written, * stands for any characters; without: all', &
-                          most_columns)
+      call entries%option('columns', self%columns, 'columns besides t, such as "x", "phi*"; * stands for any characters; '// &
+                          'without: all', most_columns)
    end subroutine declare_output
 
    !> Entries of &method.
@@ -137,16 +139,19 @@ contains
 
       call entries%group('method', 'a method that enforces the constraints; each is run')
       associate (m => self%method)
-         call entries%item('name', m%name, 'which one', method_names)
+         call entries%item('name', m%name, '"baseline": Eq. (8); "present": Sect. 3.5; "coordinate-projection": Eich''s; '// &
+                           '"unconstrained": evaluated, not enforced', method_names)
          call entries%option('label', self%label, 'name of its file of results; without: that of the method')
-         call entries%item('weight', m%weight, 'metric W of the projections', [character(len=8) :: 'identity', 'mass', 'given'])
-         call entries%item('stage_projection', m%stage_projection, 'present: whether the position of each stage is projected', &
+         call entries%item('weight', m%weight, 'W of Eqs (11a), (17); "given": the system''s own', &
+                           [character(len=8) :: 'identity', 'mass', 'given'])
+         call entries%item('stage_projection', m%stage_projection, 'present: whether x is projected before every right-hand side', &
                            [character(len=6) :: 'newton', 'none'])
          call entries%item('state_projection', m%state_projection, 'present: what is projected after each step', &
                            [character(len=17) :: 'none', 'position', 'position-velocity'])
-         call entries%item('form', m%form, 'present: what is corrected', [character(len=12) :: 'acceleration', 'force'])
-         call entries%item('solver', m%solver, 'how A M^-1 A^T is factorized', solver_names)
-         call entries%item('rcond', m%rcond, '', 'relative size below which a row counts as redundant; 0: the solver''s own', &
+         call entries%item('form', m%form, 'present: what is corrected, Sect. 3.5 (h) or (g)', &
+                           [character(len=12) :: 'acceleration', 'force'])
+         call entries%item('solver', m%solver, 'how the system of the multipliers is solved', solver_names)
+         call entries%item('rcond', m%rcond, '', 'relative size of a singular value that counts as zero; 0: the solver''s own', &
                            least=0.0_wp, most=1.0_wp)
          call entries%item('alpha', m%alpha, '1/s', 'baumgarte: gain of phidot')
          call entries%item('beta', m%beta, '1/s', 'baumgarte: gain of phi')
@@ -154,11 +159,12 @@ contains
          call entries%item('correction_tolerance', m%correction_tolerance, '', 'yu-chen: a violation beyond it is corrected')
          call entries%item('stiffness', m%stiffness, '', 'penalty: force for each unit of phi')
          call entries%item('damping', m%damping, '', 'penalty: force for each unit of phidot')
-         call entries%item('projection_tolerance', m%projection_tolerance, '', 'largest entry of phi that counts as none', &
+         call entries%item('projection_tolerance', m%projection_tolerance, '', &
+                           'largest entry of phi that counts as none; round-off of the coordinates if that is more', &
                            above=0.0_wp, most=largest_tolerance)
-         call entries%item('max_iterations', m%max_iterations, 'iterations of a projection', least=1)
+         call entries%item('max_iterations', m%max_iterations, 'of Eq. (17)', least=1)
          call entries%item('accept_inconsistent', m%accept_inconsistent, &
-                           'whether constraints that cannot all be met are carried on with')
+                           'go on where the constraints cannot all be met, with the least violation')
       end associate
    end subroutine declare_method
 

@@ -1,5 +1,5 @@
 /* ARKODE's ERKStep with the method of Dormand and Prince on accelerations written by hand; position and velocity are
- * projected after each step (ERKStepSetPostprocessStepFn). Arguments and output are those of scripts/taut/benchmark/program/taut_benchmark.f90. */
+ * projected after each step (ERKStepSetPostprocessStepFn). Arguments and output are those of program/taut_benchmark.f90. */
 #include <arkode/arkode_erkstep.h>
 #include <math.h>
 #include <nvector/nvector_serial.h>

@@ -11,13 +11,13 @@ from taut.benchmark.peers.program import arguments, call, read_run
 from taut.bootstrap import ROOT
 from taut.programs import release
 
-# Names in tables, and the methods behind them as scripts/taut/benchmark/program/taut_benchmark.f90 takes them.
+# Names in tables, and the methods behind them as program/taut_benchmark.f90 takes them.
 METHODS = {
     "taut": "present",
     "taut, stages as they are": "present-stage-none",
     "taut, Eq. (8)": "baseline",
 }
-# The problems that scripts/taut/benchmark/program/taut_benchmark.f90 has a model of, and what of its state the problem asks for.
+# The problems that program/taut_benchmark.f90 has a model of, and what of its state the problem asks for.
 MODELS: dict[str, Callable[[int, Array], Array]] = {
     "pendulum": lambda _size, state: state,
     "chain": lambda _size, state: state,
