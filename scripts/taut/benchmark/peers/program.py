@@ -1,4 +1,4 @@
-"""Entrants that are programs; all take the same arguments and print the same, see program/taut_benchmark.f90."""
+"""Entrants that are programs; all take the same arguments and print the same, see taut_benchmark.f90."""
 
 import os
 import subprocess
