@@ -22,6 +22,7 @@ DOCUMENTS = sorted(
 EXAMPLES = {
     example["name"]: ROOT / example["source-dir"] / example["main"]
     for example in tomllib.loads((ROOT / "fpm.toml").read_text(encoding="utf-8"))["example"]
+    if example["source-dir"] == "cases/examples"  # the benchmark's program is none
 }
 each = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 
