@@ -35,8 +35,9 @@ contains
 
    !> f: gravity, gyroscopic moments, loads, springs and dampers, beams.
    subroutine force(self, at, value)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_t), intent(in) :: self
+      !> The state; all of it may be used.
       type(state_t), intent(in) :: at
       !> f: (n).
       real(wp), intent(out) :: value(:)
@@ -184,8 +185,9 @@ contains
 
    !> Kinetic energy, and the potential of gravity (zero at the origin), springs and beams; loads have no part in it.
    function energy(self, at)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_t), intent(in) :: self
+      !> The state; its x and v are used.
       type(state_t), intent(in) :: at
       !> The energy [J].
       real(wp) :: energy
@@ -217,8 +219,9 @@ contains
 
    !> Such as tip.x, hinge.fx, hinge.m3 or hinge.angle.
    function output_name(self, i) result(name)
-      !> The mechanism, and the index of the output.
+      !> The mechanism.
       class(mechanism_t), intent(in) :: self
+      !> Index of the output.
       integer, intent(in) :: i
       !> The name.
       character(:), allocatable :: name
@@ -256,8 +259,9 @@ contains
 
    !> Positions of points; reactions, angles and displacements of joints.
    subroutine outputs(self, at, lambda, values)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_t), intent(in) :: self
+      !> The state that the row of the table is about.
       type(state_t), intent(in) :: at
       !> Multipliers: (c).
       real(wp), intent(in) :: lambda(:)
@@ -339,8 +343,9 @@ contains
 
    !> Name of an event.
    function event_name(self, i) result(name)
-      !> The mechanism, and the index of the event.
+      !> The mechanism.
       class(mechanism_t), intent(in) :: self
+      !> Index of the event.
       integer, intent(in) :: i
       !> The name.
       character(:), allocatable :: name
@@ -350,8 +355,9 @@ contains
 
    !> What is watched less its value.
    subroutine event_values(self, at, values)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_t), intent(in) :: self
+      !> The state at which they are evaluated.
       type(state_t), intent(in) :: at
       !> Differences: (n_events).
       real(wp), intent(out) :: values(:)

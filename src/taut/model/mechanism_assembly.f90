@@ -106,6 +106,7 @@ contains
    subroutine contradicting_velocities(model, at, names, first, violation)
       !> The mechanism, and a state whose velocities were brought as close to the constraints as they come.
       type(mechanism_t), intent(in) :: model
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> Such as "a" (drive "g"), "b"; empty if there is no contradiction.
       character(:), allocatable, intent(out) :: names
@@ -150,6 +151,7 @@ contains
    subroutine worst_joint(model, at, joint, violation)
       !> The mechanism and its state.
       type(mechanism_t), intent(in) :: model
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> Its index; 0 if there are no joints.
       integer, intent(out) :: joint

@@ -65,8 +65,10 @@ contains
 
    !> a x b, in this file so that the compiler can unfold it.
    pure function vector_product(a, b) result(c)
-      !> Vectors.
-      real(wp), intent(in) :: a(3), b(3)
+      !> The first vector.
+      real(wp), intent(in) :: a(3)
+      !> The second vector.
+      real(wp), intent(in) :: b(3)
       !> Their product.
       real(wp) :: c(3)
 
@@ -94,9 +96,12 @@ contains
    pure subroutine point_motion(it, p, x, v)
       !> Pose of the body; the point in its axes [m].
       type(pose_t), intent(in) :: it
+      !> The point, in body axes [m].
       real(wp), intent(in) :: p(3)
-      !> Position [m] and velocity [m/s] in global axes.
-      real(wp), intent(out) :: x(3), v(3)
+      !> Position in global axes [m].
+      real(wp), intent(out) :: x(3)
+      !> Velocity in global axes [m/s].
+      real(wp), intent(out) :: v(3)
       real(wp) :: arm(3)
       integer :: i
 
@@ -184,8 +189,10 @@ contains
    pure subroutine start(self, x, v)
       !> The body.
       class(body_t), intent(in) :: self
-      !> All coordinates and velocities.
-      real(wp), intent(inout) :: x(:), v(:)
+      !> All coordinates.
+      real(wp), intent(inout) :: x(:)
+      !> All velocities.
+      real(wp), intent(inout) :: v(:)
       integer :: i
 
       associate (i_x => self%before_x, i_v => self%before_v)
@@ -213,8 +220,10 @@ contains
    pure subroutine pose(self, x, v, it)
       !> The body.
       class(body_t), intent(in) :: self
-      !> All coordinates and velocities.
-      real(wp), intent(in) :: x(:), v(:)
+      !> All coordinates.
+      real(wp), intent(in) :: x(:)
+      !> All velocities.
+      real(wp), intent(in) :: v(:)
       !> The pose.
       type(pose_t), intent(out) :: it
       integer :: i
@@ -279,8 +288,10 @@ contains
    pure subroutine inertial_force(self, gravity, v, f)
       !> The body.
       class(body_t), intent(in) :: self
-      !> Gravity [m/s^2]; all velocities.
-      real(wp), intent(in) :: gravity(3), v(:)
+      !> Gravity [m/s^2].
+      real(wp), intent(in) :: gravity(3)
+      !> All velocities.
+      real(wp), intent(in) :: v(:)
       !> All generalized forces.
       real(wp), intent(inout) :: f(:)
       real(wp) :: h(3), w(3)
@@ -304,11 +315,14 @@ contains
 
    !> Adds a force in global axes that acts at a point given in body axes.
    pure subroutine add_force(self, it, point, force, f)
-      !> The body and its pose.
+      !> The body.
       class(body_t), intent(in) :: self
+      !> Its pose.
       type(pose_t), intent(in) :: it
-      !> Where [m], and what [N].
-      real(wp), intent(in) :: point(3), force(3)
+      !> Where it acts, in body axes [m].
+      real(wp), intent(in) :: point(3)
+      !> The force, in global axes [N].
+      real(wp), intent(in) :: force(3)
       !> All generalized forces.
       real(wp), intent(inout) :: f(:)
       real(wp) :: entries(6)
@@ -320,8 +334,9 @@ contains
 
    !> Adds a moment in global axes.
    pure subroutine add_moment(self, it, moment, f)
-      !> The body and its pose.
+      !> The body.
       class(body_t), intent(in) :: self
+      !> Its pose.
       type(pose_t), intent(in) :: it
       !> What [N m].
       real(wp), intent(in) :: moment(3)
@@ -368,8 +383,10 @@ contains
    pure subroutine rate(self, x, u, x_rate)
       !> The body.
       class(body_t), intent(in) :: self
-      !> All coordinates and velocities.
-      real(wp), intent(in) :: x(:), u(:)
+      !> All coordinates.
+      real(wp), intent(in) :: x(:)
+      !> All velocities.
+      real(wp), intent(in) :: u(:)
       !> Rate of all coordinates.
       real(wp), intent(inout) :: x_rate(:)
       integer :: i
@@ -389,8 +406,10 @@ contains
    pure subroutine velocity_of_rate(self, x, x_rate, u)
       !> The body.
       class(body_t), intent(in) :: self
-      !> All coordinates and their rates.
-      real(wp), intent(in) :: x(:), x_rate(:)
+      !> All coordinates.
+      real(wp), intent(in) :: x(:)
+      !> All their rates.
+      real(wp), intent(in) :: x_rate(:)
       !> All velocities.
       real(wp), intent(inout) :: u(:)
       integer :: i

@@ -51,8 +51,9 @@ contains
 
    !> phi, row by row.
    subroutine constraint(self, at, value)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_constraints_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> phi: (n_phi) [m] or [-].
       real(wp), intent(out) :: value(:)
@@ -84,8 +85,9 @@ contains
 
    !> The entries of A: each row has those of its bodies.
    subroutine jacobian_entries(self, at, values)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_constraints_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> In the order of `pattern`.
       real(wp), intent(out) :: values(:)
@@ -107,8 +109,9 @@ contains
 
    !> A, dense; `scatter_entries` would do, with an allocation.
    subroutine jacobian(self, at, a)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_constraints_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The constraint matrix: (c, n).
       real(wp), intent(out) :: a(:, :)
@@ -131,8 +134,9 @@ contains
 
    !> b', row by row.
    subroutine velocity_rhs(self, at, value)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_constraints_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> b': (c) [m/s] or [1/s].
       real(wp), intent(out) :: value(:)
@@ -153,8 +157,9 @@ contains
 
    !> b'', row by row.
    subroutine acceleration_rhs(self, at, value)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_constraints_t), intent(in) :: self
+      !> The state; its x, v and t are used.
       type(state_t), intent(in) :: at
       !> b'': (c) [m/s^2] or [1/s^2].
       real(wp), intent(out) :: value(:)
@@ -173,15 +178,18 @@ contains
 
    !> Force and moment of a joint on its second body, the moment about the joint's point of that body.
    subroutine reaction(self, at, lambda, j, f, m)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_constraints_t), intent(in) :: self
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> Multipliers: (c).
       real(wp), intent(in) :: lambda(:)
       !> Index of the joint.
       integer, intent(in) :: j
-      !> In global axes [N], [N m].
-      real(wp), intent(out) :: f(3), m(3)
+      !> Force in global axes [N].
+      real(wp), intent(out) :: f(3)
+      !> Moment in global axes [N m].
+      real(wp), intent(out) :: m(3)
       type(pose_t) :: one, two
       real(wp) :: e_1(6), e_2(6), g(3)
       integer :: i, k

@@ -68,10 +68,14 @@ contains
    subroutine joint_frames(joint, one, two, axis_1, axis_2, angle, error)
       !> The joint; its frames are set.
       type(joint_t), intent(inout) :: joint
-      !> Poses of the bodies at the start.
-      type(pose_t), intent(in) :: one, two
-      !> Axes in global axes at the start, of any length: that of body 1 and that of body 2.
-      real(wp), intent(in) :: axis_1(3), axis_2(3)
+      !> Pose of body 1 at the start.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2 at the start.
+      type(pose_t), intent(in) :: two
+      !> Axis of body 1, in global axes at the start, of any length.
+      real(wp), intent(in) :: axis_1(3)
+      !> Axis of body 2, likewise.
+      real(wp), intent(in) :: axis_2(3)
       !> The angle at the start [rad].
       real(wp), intent(in) :: angle
       !> An axis of length zero.
@@ -125,8 +129,10 @@ contains
       type(joint_t), intent(in) :: joint
       !> Whether the mechanism is in the plane x-y.
       logical, intent(in) :: planar
-      !> Its rows.
-      type(row_t), allocatable, intent(out) :: holonomic(:), rates(:)
+      !> Its rows that have a position level.
+      type(row_t), allocatable, intent(out) :: holonomic(:)
+      !> Its rows that have none.
+      type(row_t), allocatable, intent(out) :: rates(:)
       !> A type that the plane does not have, a drive that the type does not have.
       type(error_t), allocatable, intent(inout) :: error
       character(:), allocatable :: here
@@ -238,9 +244,12 @@ contains
 
    !> The angle by which body 2 is turned about the axis, from -pi to pi.
    pure function joint_angle(joint, one, two) result(angle)
-      !> The joint and the poses of its bodies.
+      !> The joint.
       type(joint_t), intent(in) :: joint
-      type(pose_t), intent(in) :: one, two
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
       !> The angle [rad].
       real(wp) :: angle
       real(wp) :: f(3), g(3)
@@ -252,9 +261,12 @@ contains
 
    !> Rate of this angle.
    pure function joint_angle_rate(joint, one, two) result(rate)
-      !> The joint and the poses of its bodies.
+      !> The joint.
       type(joint_t), intent(in) :: joint
-      type(pose_t), intent(in) :: one, two
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
       !> The rate [rad/s].
       real(wp) :: rate
       real(wp) :: axis(3), relative(3)
@@ -267,9 +279,12 @@ contains
 
    !> How far point 2 is from point 1: along the axis, or for a distance joint at all.
    pure function joint_displacement(joint, one, two) result(displacement)
-      !> The joint and the poses of its bodies.
+      !> The joint.
       type(joint_t), intent(in) :: joint
-      type(pose_t), intent(in) :: one, two
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
       !> The displacement [m].
       real(wp) :: displacement
       real(wp) :: d(3)

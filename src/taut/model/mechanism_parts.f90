@@ -235,11 +235,16 @@ contains
       class(poses_t), intent(inout) :: self
       !> The mechanism and its state.
       class(mechanism_parts_t), intent(in) :: model
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
-      !> The bodies; 0 is the ground.
-      integer, intent(in) :: body_1, body_2
-      !> Their places.
-      integer, intent(out) :: one, two
+      !> One body; 0 is the ground.
+      integer, intent(in) :: body_1
+      !> The other body.
+      integer, intent(in) :: body_2
+      !> Place of the pose of the one.
+      integer, intent(out) :: one
+      !> Place of the pose of the other.
+      integer, intent(out) :: two
 
       one = iand(body_1, places - 1)
       two = iand(body_2, places - 1)
@@ -256,8 +261,9 @@ contains
 
    !> The state at the start as given, t = 0.
    function start_state(self) result(at)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> The state at which it is evaluated.
       type(state_t) :: at
       integer :: i
 
@@ -269,8 +275,9 @@ contains
 
    !> Where a body is and how it moves.
    pure subroutine pose_of(self, at, body, it)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> The body; 0 is the ground.
       integer, intent(in) :: body
@@ -286,8 +293,9 @@ contains
 
    !> M: mass and inertia of each body.
    subroutine mass(self, at, m)
-      !> The mechanism and its state.
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
       !> The mass matrix.
       type(block_diagonal_t), intent(inout) :: m
@@ -316,10 +324,13 @@ contains
 
    !> xdot, body by body.
    subroutine x_rate(self, at, u, value)
-      !> The mechanism and its state; velocities (n); xdot (n_x).
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
+      !> Velocities: (n).
       real(wp), intent(in) :: u(:)
+      !> xdot: (n_x).
       real(wp), intent(out) :: value(:)
       integer :: i
 
@@ -330,10 +341,13 @@ contains
 
    !> The inverse of `x_rate`.
    subroutine v_of_x_rate(self, at, rate, u)
-      !> The mechanism and its state; xdot (n_x); velocities (n).
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> The state; its x and t are used.
       type(state_t), intent(in) :: at
+      !> xdot: (n_x).
       real(wp), intent(in) :: rate(:)
+      !> Velocities: (n).
       real(wp), intent(out) :: u(:)
       integer :: i
 
@@ -344,9 +358,11 @@ contains
 
    !> x := x (+) d, body by body.
    subroutine displace(self, d, x)
-      !> The mechanism; displacement (n); coordinates (n_x).
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> Displacement: (n).
       real(wp), intent(in) :: d(:)
+      !> Coordinates: (n_x).
       real(wp), intent(inout) :: x(:)
       integer :: i
 
@@ -357,8 +373,9 @@ contains
 
    !> Quaternions of length one.
    subroutine normalize(self, x)
-      !> The mechanism, and its coordinates (n_x).
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> Coordinates: (n_x).
       real(wp), intent(inout) :: x(:)
       integer :: i
 
@@ -369,8 +386,9 @@ contains
 
    !> Times at which a function is not smooth.
    function breakpoints(self) result(times)
-      !> The mechanism; times in any order [s].
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> Times in any order [s].
       real(wp), allocatable :: times(:)
       integer :: i
 
@@ -405,8 +423,9 @@ contains
 
    !> Such as rod1.x, rod1.qa or, in the plane, rod1.angle.
    function x_name(self, i) result(name)
-      !> The mechanism, and the index of the coordinate.
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> Index of the coordinate.
       integer, intent(in) :: i
       !> The name.
       character(:), allocatable :: name
@@ -421,8 +440,9 @@ contains
 
    !> Such as rod1.vx or rod1.wx (body axes).
    function v_name(self, i) result(name)
-      !> The mechanism, and the index of the velocity.
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> Index of the velocity.
       integer, intent(in) :: i
       !> The name.
       character(:), allocatable :: name
@@ -434,9 +454,13 @@ contains
    end function v_name
 
    !> Numbers of a joint: force and moment in global axes, in its own, then angle and displacement.
-   pure integer function outputs_of_joint(self, joint) result(n)
+   pure function outputs_of_joint(self, joint) result(n)
+      !> The mechanism.
       class(mechanism_parts_t), intent(in) :: self
+      !> The joint.
       type(joint_t), intent(in) :: joint
+      !> How many.
+      integer :: n
 
       n = merge(6, 12, self%planar)
       if (has_angle(joint)) n = n + 1

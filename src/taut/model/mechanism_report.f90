@@ -35,8 +35,10 @@ contains
    subroutine report_start(model, given, assembled, rank, report)
       !> The mechanism; its findings are set.
       type(mechanism_t), intent(inout) :: model
-      !> The start as given, and as assembled.
-      type(state_t), intent(in) :: given, assembled
+      !> The start as given.
+      type(state_t), intent(in) :: given
+      !> The start as assembled.
+      type(state_t), intent(in) :: assembled
       !> Rank of A.
       integer, intent(in) :: rank
       !> What was found.
@@ -127,6 +129,7 @@ contains
    subroutine find_redundancy(model, at, rank, report)
       !> The mechanism and its state.
       type(mechanism_t), intent(in) :: model
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> Rank of A.
       integer, intent(in) :: rank

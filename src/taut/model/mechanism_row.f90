@@ -44,7 +44,10 @@ contains
 
    !> R u.
    pure function turned(r, u) result(v)
-      real(wp), intent(in) :: r(3, 3), u(3)
+      !> Rotation.
+      real(wp), intent(in) :: r(3, 3)
+      !> Vector.
+      real(wp), intent(in) :: u(3)
       real(wp) :: v(3)
 
       v(1) = r(1, 1)*u(1) + r(1, 2)*u(2) + r(1, 3)*u(3)
@@ -54,7 +57,10 @@ contains
 
    !> R^T u.
    pure function turned_back(r, u) result(v)
-      real(wp), intent(in) :: r(3, 3), u(3)
+      !> Rotation.
+      real(wp), intent(in) :: r(3, 3)
+      !> Vector.
+      real(wp), intent(in) :: u(3)
       real(wp) :: v(3)
 
       v(1) = r(1, 1)*u(1) + r(2, 1)*u(2) + r(3, 1)*u(3)
@@ -64,7 +70,10 @@ contains
 
    !> a x b.
    pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
+      !> The first vector.
+      real(wp), intent(in) :: a(3)
+      !> The second vector.
+      real(wp), intent(in) :: b(3)
       real(wp) :: c(3)
 
       c(1) = a(2)*b(3) - a(3)*b(2)
@@ -109,9 +118,12 @@ contains
 
    !> phi of a holonomic row.
    pure function row_value(row, one, two, g) result(phi)
-      !> The row and the poses of its bodies.
+      !> The row.
       type(row_t), intent(in) :: row
-      type(pose_t), intent(in) :: one, two
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
       !> {g, gdot, gddot}.
       real(wp), intent(in) :: g(3)
       !> phi [m] or [-].
@@ -143,13 +155,18 @@ contains
 
    !> The row of A: entries of the velocities in {global, body} axes.
    pure subroutine row_entries(row, one, two, g, e_1, e_2)
-      !> The row and the poses of its bodies.
+      !> The row.
       type(row_t), intent(in) :: row
-      type(pose_t), intent(in) :: one, two
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
       !> {g, gdot, gddot}.
       real(wp), intent(in) :: g(3)
-      !> Entries of body 1 and of body 2.
-      real(wp), intent(out) :: e_1(6), e_2(6)
+      !> Entries of body 1.
+      real(wp), intent(out) :: e_1(6)
+      !> Entries of body 2.
+      real(wp), intent(out) :: e_2(6)
       real(wp) :: a(3), d(3), s, u(3)
 
       select case (row%kind)
@@ -217,9 +234,12 @@ contains
 
    !> b': minus the partial derivative of phi in time.
    pure function row_b_prime(row, one, two, g) result(b)
-      !> The row and the poses of its bodies.
+      !> The row.
       type(row_t), intent(in) :: row
-      type(pose_t), intent(in) :: one, two
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
       !> {g, gdot, gddot}.
       real(wp), intent(in) :: g(3)
       !> b' [m/s] or [1/s].
@@ -232,9 +252,12 @@ contains
 
    !> b'': minus the second derivative of phi while the velocities stay as they are.
    pure function row_b_second(row, one, two, g) result(b)
-      !> The row and the poses of its bodies.
+      !> The row.
       type(row_t), intent(in) :: row
-      type(pose_t), intent(in) :: one, two
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
       !> {g, gdot, gddot}.
       real(wp), intent(in) :: g(3)
       !> b'' [m/s^2] or [1/s^2].
