@@ -49,13 +49,14 @@ contains
    end subroutine counter_counts
 
    !> Allocations of one integration, and its steps.
-   subroutine count_run(model, x, v, method, t_end, counted, steps, failure)
+   subroutine count_run(model, x, v, method, t_end, counted, steps, failure, integrator_name)
       class(mechanical_system_t), intent(in) :: model
       real(wp), intent(in) :: x(:), v(:), t_end
       type(method_t), intent(in) :: method
       integer(int64), intent(out) :: counted
       integer, intent(out) :: steps
       character(:), allocatable, intent(inout) :: failure
+      character(*), intent(in), optional :: integrator_name
       class(constrained_ode_t), allocatable :: ode
       type(integrator_t) :: integrator
       type(integration_options_t) :: options
@@ -67,6 +68,7 @@ contains
       real(wp) :: t
 
       options%max_step = 0.01_wp
+      if (present(integrator_name)) options%integrator = integrator_name
       call new_constrained_ode(ode, model, method, error)
       call no_error(failure, error)
       call integrator%init(ode%size(), options, error)
@@ -81,17 +83,18 @@ contains
       steps = result%steps
    end subroutine count_run
 
-   subroutine compare_runs(name, model, x, v, method, failure)
+   subroutine compare_runs(name, model, x, v, method, failure, integrator_name)
       character(*), intent(in) :: name
       class(mechanical_system_t), intent(in) :: model
       real(wp), intent(in) :: x(:), v(:)
       type(method_t), intent(in) :: method
       character(:), allocatable, intent(inout) :: failure
+      character(*), intent(in), optional :: integrator_name
       integer(int64) :: few, many
       integer :: steps_few, steps_many
 
-      call count_run(model, x, v, method, 0.1_wp, few, steps_few, failure)
-      call count_run(model, x, v, method, 1.0_wp, many, steps_many, failure)
+      call count_run(model, x, v, method, 0.1_wp, few, steps_few, failure, integrator_name)
+      call count_run(model, x, v, method, 1.0_wp, many, steps_many, failure, integrator_name)
       call check(failure, steps_many > 5*steps_few, name//': more steps')
       call check(failure, many == few, name//': more allocations for more steps')
    end subroutine compare_runs
@@ -149,6 +152,11 @@ contains
       beam = hung_beam()
       allocate (v(beam%n), source=0.0_wp)
       call compare_runs('beam', beam, beam%x_reference, v, method, failure)
+      call compare_runs('compound pendulum, implicit', new_compound(), [0.3_wp, -0.4_wp, 0.8_wp, 0.6_wp], &
+                        [0.0_wp, 0.0_wp, 0.0_wp], method, failure, 'radau')
+      call compare_runs('sleigh, implicit', new_particle(sleigh), [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1.0_wp], method, &
+                        failure, 'radau')
+      call compare_runs('beam, implicit', beam, beam%x_reference, v, method, failure, 'radau')
    end subroutine systems_do_not_allocate
 
    !> What a mechanism computes inside a step, alone: the linear algebra of larger ones allocates by itself in some libraries.

@@ -132,14 +132,16 @@ contains
       type(pendulum_t) :: model
       type(state_t) :: at
       type(method_t) :: method
-      type(integration_options_t) :: options
+      type(integration_options_t) :: implicit, options
       integer :: i
 
       call pendulum(model, at, 1)
+      implicit%integrator = 'radau'
       do i = 1, size(method_names)
          method = method_t(name=method_names(i))
          method%stiffness = 1.0e4_wp
          call compare(trim(method%name), model, at, 1.0_wp, method, options, failure)
+         call compare(trim(method%name)//', implicit', model, at, 1.0_wp, method, implicit, failure)
       end do
       method = method_t(stage_projection='none')
       call compare('stages without projection', model, at, 1.0_wp, method, options, failure)
@@ -188,6 +190,8 @@ contains
       at%x = [0.6_wp, -0.8_wp, 0.0_wp]
       at%v = [0.0_wp, 0.0_wp, 0.0_wp]
       call compare('coupler', new_coupler(3), at, 1.0_wp, method_t(), options, failure)
+      options%integrator = 'radau'
+      call compare('coupler, implicit', new_coupler(3), at, 1.0_wp, method_t(), options, failure)
    end subroutine systems_continue
 
    subroutine swing_continues(failure)
@@ -201,6 +205,8 @@ contains
       call no_error(failure, error)
       options = integration_options_t(rtol=1.0e-3_wp, atol=1.0e-6_wp, output_dt=5.0e-4_wp)
       call compare('swing', swing, swing%reference_state(), 2.0e-3_wp, method_t(), options, failure)
+      options%integrator = 'radau'
+      call compare('swing, implicit', swing, swing%reference_state(), 0.15_wp, method_t(), options, failure)
    end subroutine swing_continues
 
    subroutine backward(failure)

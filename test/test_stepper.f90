@@ -144,6 +144,7 @@ contains
       integer :: i, j
 
       do j = 1, size(integrator_names)
+         if (integrator_names(j) == 'radau') cycle
          call new_pair(integrator_names(j), 1, pair, failure)
          if (allocated(failure)) return
          pair%k(:, :) = 1.0_wp

@@ -19,6 +19,7 @@ program tester
    use test_mechanism, only: collect_mechanism
    use test_mechanism_case, only: collect_mechanism_case
    use test_modal_body, only: collect_modal_body
+   use test_radau, only: collect_radau
    use test_restart, only: collect_restart
    use test_ritz, only: collect_ritz
    use test_rigid_bodies, only: collect_rigid_bodies
@@ -56,6 +57,7 @@ program tester
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('modal body', collect_modal_body(), trim(only), outcome)
+   call run_suite('radau', collect_radau(), trim(only), outcome)
    call run_suite('restart', collect_restart(), trim(only), outcome)
    call run_suite('ritz', collect_ritz(), trim(only), outcome)
    call run_suite('rigid bodies', collect_rigid_bodies(), trim(only), outcome)

@@ -104,6 +104,7 @@ module taut_constrained_method
       procedure :: accelerations
       procedure :: multipliers
       procedure :: project => normalize
+      procedure :: weigh_error
       procedure :: breakpoints
       procedure :: failure
       procedure :: sample
@@ -305,6 +306,22 @@ contains
       self%step_end%phidot = self%projector%phidot_raw
       self%step_end%mu(:) = self%projector%mu
    end subroutine remember
+
+   !> Errors of velocities count with the step's length: what a stiff motion that is not resolved makes of them is no error of
+   !! the motion that is.
+   subroutine weigh_error(self, h, error)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> The step's length [s].
+      real(wp), intent(in) :: h
+      !> Estimate of the local error: (size).
+      real(wp), intent(inout), contiguous :: error(:)
+      integer :: i
+
+      do i = self%model%n_x + 1, self%model%n_x + self%model%n
+         error(i) = abs(h)*error(i)
+      end do
+   end subroutine weigh_error
 
    !> The breakpoints of the system.
    function breakpoints(self) result(times)

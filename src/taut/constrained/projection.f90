@@ -8,6 +8,7 @@ module taut_constrained_projection
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
+   use taut_linalg_lapack, only: dpstrf
    use taut_linalg_normal_solver, only: normal_solver_t
    use taut_linalg_normal_solver_choose, only: choose_solver
    use taut_ode_system, only: rhs_ok, rhs_retry, rhs_no_projection
@@ -88,6 +89,9 @@ module taut_constrained_projection
       procedure :: filter_position
       procedure :: filter_velocity
       procedure :: explain
+      procedure :: kept_rows
+      procedure :: divide_by_weight
+      procedure :: meet_holonomic
    end type projector_t
 
 contains
@@ -639,6 +643,77 @@ contains
       if (model%c == 0) return
       call self%onto%project(self%a, self%zero, e, self%r, self%normal)
    end subroutine filter_velocity
+
+   !> Which rows of A are independent of each other, after `linearize`.
+   subroutine kept_rows(self, kept)
+      !> The projector.
+      class(projector_t), intent(in) :: self
+      !> Whether a row is one of them: (c).
+      logical, intent(out) :: kept(:)
+
+      kept(:) = .true.
+      if (self%onto%rank == self%onto%c) return
+      call independent_rows(self%a, self%onto%rank, kept)
+   end subroutine kept_rows
+
+   !> As many rows as the rank, those that pivoting takes first.
+   subroutine independent_rows(a, rank, kept)
+      type(csr_t), intent(in) :: a
+      integer, intent(in) :: rank
+      logical, intent(out) :: kept(:)
+      real(wp) :: one(a%n), row(a%c), s(a%c, a%c), work(2*a%c)
+      integer :: i, info, pivot(a%c), found
+      real(wp), parameter :: none = 1.0e-14_wp
+
+      ! A times each of its rows, in turn.
+      do i = 1, a%c
+         row(:) = 0.0_wp
+         row(i) = -1.0_wp
+         one(:) = 0.0_wp
+         call a%subtract_transposed(row, one)
+         call a%multiply(one, s(:, i))
+      end do
+      do i = 1, a%c
+         row(i) = 1.0_wp/sqrt(max(s(i, i), tiny(1.0_wp)))
+      end do
+      do i = 1, a%c
+         s(:, i) = row*s(:, i)*row(i)
+      end do
+      call dpstrf('L', a%c, s, a%c, pivot, found, none, work, info)
+      kept(:) = .false.
+      do i = 1, rank
+         kept(pivot(i)) = .true.
+      end do
+   end subroutine independent_rows
+
+   !> u := W^-1 u, after `linearize`.
+   subroutine divide_by_weight(self, u)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> A vector: (n).
+      real(wp), intent(inout), contiguous :: u(:)
+
+      if (.not. self%identity) call self%w%solve(1, u)
+   end subroutine divide_by_weight
+
+   !> u := u - W^-1 A^T mu with A u = b in the holonomic rows, after `linearize`.
+   subroutine meet_holonomic(self, b, u, mu)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> What A u shall be: (c); the holonomic entries count.
+      real(wp), intent(in), contiguous :: b(:)
+      !> A vector, replaced: (n).
+      real(wp), intent(inout), contiguous :: u(:)
+      !> Multipliers: (c).
+      real(wp), intent(out), contiguous :: mu(:)
+
+      mu(:) = 0.0_wp
+      if (self%all_holonomic) then
+         call self%onto%project(self%a, b, u, self%r, mu)
+      else
+         call self%onto_holonomic%project(self%a, b(:size(self%phi)), u, self%r(:size(self%phi)), mu(:size(self%phi)))
+      end if
+   end subroutine meet_holonomic
 
    !> Notes why a projection failed.
    subroutine give_up(self, reason, info)

@@ -6,7 +6,8 @@ module taut_linalg_lapack
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: dpotrf, dpotrs, dpstrf, dgelsd, dgemm, dtrtrs, dgeqp3, dorgqr, dgetrf, dgetrs, dgecon, dgtsv, dsygv, dgeev
+   public :: dpotrf, dpotrs, dpstrf, dgelsd, dgemm, dtrtrs, dgeqp3, dorgqr, dgetrf, dgetrs, dgecon, dgtsv, dsygv, dgeev, &
+             dgbtrf, dgbtrs, zgbtrf, zgbtrs, zgetrf, zgetrs
 
    interface
       !> Cholesky factorization of a symmetric positive definite matrix.
@@ -155,6 +156,69 @@ module taut_linalg_lapack
          real(wp), intent(inout) :: a(lda, *), wr(*), wi(*), vl(ldvl, *), vr(ldvr, *), work(*)
          integer, intent(out) :: info
       end subroutine dgeev
+
+      !> LU factorization with row interchanges of a band matrix: kl and ku diagonals below and above the main one.
+      subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
+         import :: wp
+         implicit none (type, external)
+         integer, intent(in) :: m, n, kl, ku, ldab
+         real(wp), intent(inout) :: ab(ldab, *)
+         integer, intent(inout) :: ipiv(*)
+         integer, intent(out) :: info
+      end subroutine dgbtrf
+
+      !> Solves A X = B with the factors of `dgbtrf`.
+      subroutine dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb, ipiv(*)
+         real(wp), intent(in) :: ab(ldab, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dgbtrs
+
+      !> LU factorization with row interchanges of a complex band matrix.
+      subroutine zgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
+         import :: wp
+         implicit none (type, external)
+         integer, intent(in) :: m, n, kl, ku, ldab
+         complex(wp), intent(inout) :: ab(ldab, *)
+         integer, intent(inout) :: ipiv(*)
+         integer, intent(out) :: info
+      end subroutine zgbtrf
+
+      !> Solves A X = B with the factors of `zgbtrf`.
+      subroutine zgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb, ipiv(*)
+         complex(wp), intent(in) :: ab(ldab, *)
+         complex(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine zgbtrs
+
+      !> LU factorization of a complex matrix.
+      subroutine zgetrf(m, n, a, lda, ipiv, info)
+         import :: wp
+         implicit none (type, external)
+         integer, intent(in) :: m, n, lda
+         complex(wp), intent(inout) :: a(lda, *)
+         integer, intent(inout) :: ipiv(*)
+         integer, intent(out) :: info
+      end subroutine zgetrf
+
+      !> Solves A X = B with the factors of `zgetrf`.
+      subroutine zgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+         complex(wp), intent(in) :: a(lda, *)
+         complex(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine zgetrs
    end interface
 
 end module taut_linalg_lapack

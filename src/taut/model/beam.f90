@@ -6,7 +6,9 @@ module taut_model_beam
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
-   use taut_model_beam_element, only: beam_element_t, element_energy, element_strain, internal_loads, new_element
+   use taut_model_beam_element, only: beam_element_t, element_energy, element_rows, element_strain, internal_loads, &
+                                      new_element
+   use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_beam_section, only: beam_section_t, corrected_stiffness
    use taut_model_nodes, only: nodal_system_t
    use taut_rotation, only: quaternion_of_axes
@@ -24,6 +26,11 @@ module taut_model_beam
       procedure :: strain
       procedure :: strain_energy
       procedure :: energy => total_energy
+      procedure :: coupling
+      procedure :: elastic_pattern
+      procedure :: elastic_rows
+      procedure :: elastic_stiffness
+      procedure :: soft_force
    end type beam_t
 
    character(*), parameter :: here = 'beam'
@@ -114,6 +121,8 @@ contains
          end do
       end do
       call self%resize()
+      self%n_elastic = 6*(n - 1)
+      if (tau > 0.0_wp) self%elastic_damping = spread(tau, 1, self%n_elastic)
    end subroutine new_beam
 
    !> f: internal forces, gravity, loads, and the gyroscopic moments.
@@ -154,6 +163,83 @@ contains
          end do
       end do
    end subroutine internal_forces
+
+   !> Gravity, loads and gyroscopic moments: each node's own.
+   subroutine soft_force(self, at, value)
+      !> The beam.
+      class(beam_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> f without the internal forces: (6 nodes).
+      real(wp), intent(out) :: value(:)
+
+      value(:) = 0.0_wp
+      call self%loads_and_inertia(at, value)
+   end subroutine soft_force
+
+   !> The moments of a node depend on its own velocities alone.
+   subroutine coupling(self, first, column)
+      !> The beam.
+      class(beam_t), intent(in) :: self
+      !> First entry of each velocity in `column`, and the number of entries plus one at the end: (n + 1).
+      integer, allocatable, intent(out) :: first(:)
+      !> The others.
+      integer, allocatable, intent(out) :: column(:)
+      integer :: i, j
+
+      first = [(6*i + 1, i=0, self%n)]
+      column = [((6*((i - 1)/6) + j, j=1, 6), i=1, self%n)]
+   end subroutine coupling
+
+   !> Six rows for each element, with the velocities of its two nodes.
+   subroutine elastic_pattern(self, first, column)
+      !> The beam.
+      class(beam_t), intent(in) :: self
+      !> First entry of each row in `column`, and the number of entries plus one at the end: (n_elastic + 1).
+      integer, allocatable, intent(out) :: first(:)
+      !> Column of each entry, ascending within a row.
+      integer, allocatable, intent(out) :: column(:)
+      integer :: i, j
+
+      first = [(12*i + 1, i=0, self%n_elastic)]
+      column = [((6*((i - 1)/6) + j, j=1, 12), i=1, self%n_elastic)]
+   end subroutine elastic_pattern
+
+   !> Stretches, slips, twists and bends of the elements, and B.
+   subroutine elastic_rows(self, at, strain, values)
+      !> The beam.
+      class(beam_t), intent(in) :: self
+      !> Where; v is used by damping only.
+      type(state_t), intent(in) :: at
+      !> Strains times lengths [m], [rad]: (n_elastic).
+      real(wp), intent(out) :: strain(:)
+      !> Entries of B in the order of the pattern.
+      real(wp), intent(out) :: values(:)
+      real(wp) :: b(12, 6)
+      integer :: i, j, k
+
+      do i = 1, size(self%elements)
+         j = 7*i
+         k = 6*i
+         call element_rows(self%elements(i), at%x(j - 6:j - 4), at%x(j - 3:j), at%v(k - 5:k), &
+                           at%x(j + 1:j + 3), at%x(j + 4:j + 7), at%v(k + 1:k + 6), strain(k - 5:k), b)
+         values(72*(i - 1) + 1:72*i) = reshape(b, [72])
+      end do
+   end subroutine elastic_rows
+
+   !> Loads at the cut per stretch: the section's stiffness over the length.
+   subroutine elastic_stiffness(self, stiffness)
+      !> The beam.
+      class(beam_t), intent(in) :: self
+      !> One block for each element.
+      type(block_diagonal_t), intent(inout) :: stiffness
+      integer :: i
+
+      call stiffness%init([(6, i=1, size(self%elements))])
+      do i = 1, size(self%elements)
+         call stiffness%set_block(i, self%elements(i)%stiffness/self%elements(i)%l)
+      end do
+   end subroutine elastic_stiffness
 
    !> Strains of an element, Eqs (33).
    function strain(self, x, i)

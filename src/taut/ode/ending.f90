@@ -4,7 +4,7 @@ module taut_ode_ending
    use taut_error, only: raise, to_text
    use taut_ode_options, only: integration_result_t
    use taut_ode_status, only: status_step_too_small, status_not_finite, status_rhs_failed, status_projection_failed
-   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_cannot, rhs_failed, rhs_no_projection
+   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_cannot, rhs_failed, rhs_no_projection, rhs_not_solved
    implicit none (type, external)
    private
    public :: fail, give_up
@@ -61,6 +61,11 @@ contains
          result%status = status_rhs_failed
          call raise(result%error, 'integration', 'the system gives no linearization, which this integrator asks for', &
                     'choose an explicit integrator, or give the system `linearize`, `factorize` and `solve`')
+      case (rhs_not_solved)
+         result%status = status_step_too_small
+         if (len(why) > 0) why = ': '//why
+         call raise(result%error, 'integration', 'the equations of an implicit step were not solved near t = '//to_text(t)// &
+                    ' s'//why, 'look for a jump in the forces (a breakpoint) or constraints that cannot be met any more')
       case default
          result%status = status_not_finite
          if (len(why) > 0) why = ': '//why

@@ -28,6 +28,8 @@ module taut_ode_step_control
       logical :: fixed = .false.
       !> Whether what the projection takes off is left out of the error, and gross violations are rejected.
       logical :: aware_of_projection = .true.
+      !> Relative tolerance.
+      real(wp) :: rtol = 0.0_wp
       !> A step whose projection moves the state by more than this, in units of the tolerance, is rejected.
       real(wp) :: projection_limit = 0.0_wp
       type(controller_constants_t), private :: constants
@@ -35,7 +37,7 @@ module taut_ode_step_control
       real(wp), private :: power = 0.0_wp
       integer, private :: kind = standard
       logical, private :: rms = .true.
-      real(wp), private :: rtol = 0.0_wp, previous_error = 1.0e-4_wp
+      real(wp), private :: previous_error = 1.0e-4_wp
       logical, private :: last_rejected = .false.
       real(wp), allocatable, private :: atol(:)
    contains

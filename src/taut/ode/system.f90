@@ -4,15 +4,17 @@ module taut_ode_system
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: ode_system_t
-   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot
+   public :: ode_system_t, stage_equations_t
+   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot, rhs_not_solved
    public :: inside_step, step_end, evaluated_step_end
 
    !> What a right-hand side or a projection answers.
    !!
    !! `rhs_retry`: not defined here, try a smaller step; `rhs_failed`: stop; `rhs_no_projection`: the projection on the
-   !! constraints did not converge, try a smaller step; `rhs_cannot`: the system does not offer this at all.
-   integer, parameter :: rhs_ok = 0, rhs_retry = 1, rhs_failed = 2, rhs_no_projection = 3, rhs_cannot = 4
+   !! constraints did not converge, try a smaller step; `rhs_cannot`: the system does not offer this at all;
+   !! `rhs_not_solved`: the equations of an implicit step were not solved, try a smaller step.
+   integer, parameter :: rhs_ok = 0, rhs_retry = 1, rhs_failed = 2, rhs_no_projection = 3, rhs_cannot = 4, &
+                         rhs_not_solved = 5
 
    !> Where a state lies that is projected: inside a step or at none; at the end of a step; there, and the last call of the
    !! right-hand side was for this very state, so that what it found may be used again.
@@ -25,7 +27,8 @@ module taut_ode_system
    !! behind the evaluation there (see `rhs_projects`), and on states interpolated inside a step, and `rhs` once more where the
    !! answer is `stale`; `accepted` when a step
    !! holds and its output is done. An implicit one besides: `linearize` at a state, `factorize` for each shift that it needs
-   !! and `solve` as often as it likes, until the next of them; `weigh_error` on an estimate from such solutions. Times given
+   !! and `solve` as often as it likes, until the next of them; `weigh_error` on an estimate from such solutions; or, of a system
+   !! that has them, `stage_equations`, which hold the algebraic unknowns of a constrained system as well. Times given
    !! to `rhs` are kept within `t_low` and `t_high`, which the integrator sets at a breakpoint and `huge` where there is none.
    type, abstract :: ode_system_t
       !> Whether a step is rejected when its projection moves the state by more than the integrator's `projection_limit`: it
@@ -46,10 +49,138 @@ module taut_ode_system
       procedure :: factorize => no_factorization
       procedure :: solve => no_solution
       procedure :: weigh_error => weigh_alike
+      procedure :: stage_equations => no_stage_equations
       procedure :: breakpoints => no_breakpoints
       procedure :: failure => no_failure
       procedure :: serialize => nothing_to_serialize
    end type ode_system_t
+
+   !> A system in fully implicit form, g(y, ydot, z, t) = 0, with algebraic unknowns z beside the state, and Newton's matrices for
+   !! it: what an implicit Runge-Kutta method asks for where y' = f(t, y) would hide too much, as with constraints. Procedures
+   !! are given the system that has made them.
+   type, abstract :: stage_equations_t
+      !> Numbers of entries of y and z.
+      integer :: n = 0, n_z = 0
+      !> Evaluations of the residual, or of the right-hand side.
+      integer :: evaluations = 0
+   contains
+      procedure(start_equations), deferred :: start
+      procedure(residual_of_stage), deferred :: residual
+      procedure(linearize_equations), deferred :: linearize
+      procedure(factorize_equations), deferred :: factorize
+      procedure(solve_equations), deferred :: solve
+      procedure(multiply_derivative), deferred :: multiply
+   end type stage_equations_t
+
+   abstract interface
+      !> ydot and z of a state that an integration starts from, or goes on from behind a breakpoint.
+      subroutine start_equations(self, ode, t, y, first, ydot, z, info)
+         import :: ode_system_t, stage_equations_t, wp
+         implicit none (type, external)
+         !> The equations.
+         class(stage_equations_t), intent(inout) :: self
+         !> The system.
+         class(ode_system_t), intent(inout) :: ode
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Whether z is not known yet; else what of it a jump leaves as it is, such as internal forces, is kept.
+         logical, intent(in) :: first
+         !> Its derivative: (n).
+         real(wp), intent(out), contiguous :: ydot(:)
+         !> Algebraic unknowns: (n_z).
+         real(wp), intent(inout), contiguous :: z(:)
+         !> One of the `rhs_` constants.
+         integer, intent(out) :: info
+      end subroutine start_equations
+
+      !> g(y, ydot, z, t).
+      subroutine residual_of_stage(self, ode, t, y, ydot, z, r, info)
+         import :: ode_system_t, stage_equations_t, wp
+         implicit none (type, external)
+         !> The equations.
+         class(stage_equations_t), intent(inout) :: self
+         !> The system.
+         class(ode_system_t), intent(inout) :: ode
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Its derivative: (n).
+         real(wp), intent(in), contiguous :: ydot(:)
+         !> Algebraic unknowns: (n_z).
+         real(wp), intent(in), contiguous :: z(:)
+         !> What is to vanish: (n + n_z).
+         real(wp), intent(out), contiguous :: r(:)
+         !> One of the `rhs_` constants.
+         integer, intent(out) :: info
+      end subroutine residual_of_stage
+
+      !> The derivatives of g at a state.
+      subroutine linearize_equations(self, ode, t, h, y, ydot, z, info)
+         import :: ode_system_t, stage_equations_t, wp
+         implicit none (type, external)
+         !> The equations.
+         class(stage_equations_t), intent(inout) :: self
+         !> The system.
+         class(ode_system_t), intent(inout) :: ode
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> Step, which tells how far the state is going to move [s].
+         real(wp), intent(in) :: h
+         !> State: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Its derivative: (n).
+         real(wp), intent(in), contiguous :: ydot(:)
+         !> Algebraic unknowns: (n_z).
+         real(wp), intent(in), contiguous :: z(:)
+         !> One of the `rhs_` constants.
+         integer, intent(out) :: info
+      end subroutine linearize_equations
+
+      !> Factorizes shift*dg/dydot + {dg/dy, dg/dz}.
+      subroutine factorize_equations(self, ode, slot, shift, info)
+         import :: ode_system_t, stage_equations_t, wp
+         implicit none (type, external)
+         !> The equations, linearized.
+         class(stage_equations_t), intent(inout) :: self
+         !> The system.
+         class(ode_system_t), intent(inout) :: ode
+         !> Where the factors are kept: 1 for a shift without an imaginary part, 2 for one with.
+         integer, intent(in) :: slot
+         !> What d/dt is replaced by [1/s].
+         complex(wp), intent(in) :: shift
+         !> One of the `rhs_` constants; `rhs_retry` for a singular matrix.
+         integer, intent(out) :: info
+      end subroutine factorize_equations
+
+      !> Newton's correction of y and z: minus the residual, divided by the matrix.
+      subroutine solve_equations(self, ode, slot, r)
+         import :: ode_system_t, stage_equations_t, wp
+         implicit none (type, external)
+         !> The equations, factorized.
+         class(stage_equations_t), intent(inout) :: self
+         !> The system.
+         class(ode_system_t), intent(inout) :: ode
+         !> Which factors.
+         integer, intent(in) :: slot
+         !> Residual, replaced by the correction: (n + n_z).
+         complex(wp), intent(inout), contiguous :: r(:)
+      end subroutine solve_equations
+
+      !> dg/dydot q.
+      subroutine multiply_derivative(self, q, r)
+         import :: stage_equations_t, wp
+         implicit none (type, external)
+         !> The equations, linearized.
+         class(stage_equations_t), intent(in) :: self
+         !> A derivative of the state: (n).
+         real(wp), intent(in), contiguous :: q(:)
+         !> The product, zero beyond n: (n + n_z).
+         real(wp), intent(out), contiguous :: r(:)
+      end subroutine multiply_derivative
+   end interface
 
    abstract interface
       !> The derivative of the state.
@@ -180,6 +311,17 @@ contains
       associate (unused_system => self, unused_step => h, unused_error => error)
       end associate
    end subroutine weigh_alike
+
+   !> The system in implicit form. The default has none: who asks makes do with y' = f(t, y).
+   subroutine no_stage_equations(self, equations)
+      !> The system.
+      class(ode_system_t), intent(inout) :: self
+      !> Its equations, with their workspace; not allocated if it has none.
+      class(stage_equations_t), allocatable, intent(out) :: equations
+
+      associate (unused_system => self, unused_equations => equations)
+      end associate
+   end subroutine no_stage_equations
 
    !> Times at which the right-hand side has a kink or a jump. The default has none.
    function no_breakpoints(self) result(times)

@@ -2,8 +2,9 @@
 module taut_constrained_method_present
    use taut_kinds, only: wp
    use taut_error, only: error_t
+   use taut_constrained_implicit, only: implicit_form_t
    use taut_constrained_method, only: constrained_ode_t, sample_t
-   use taut_ode_system, only: evaluated_step_end, inside_step, rhs_ok
+   use taut_ode_system, only: evaluated_step_end, inside_step, rhs_ok, stage_equations_t
    implicit none (type, external)
    private
    public :: present_t
@@ -22,6 +23,7 @@ module taut_constrained_method_present
       procedure :: project
       procedure :: filter_error
       procedure :: multipliers
+      procedure :: stage_equations
    end type present_t
 
 contains
@@ -182,5 +184,18 @@ contains
       s%mu(:) = self%projector%mu
       call self%projector%onto%minimum_norm(s%mu)
    end subroutine multipliers
+
+   !> The same constraints in fully implicit form, Sect. 3.4.
+   subroutine stage_equations(self, equations)
+      !> The formulation.
+      class(present_t), intent(inout) :: self
+      !> Its equations.
+      class(stage_equations_t), allocatable, intent(out) :: equations
+      type(implicit_form_t), allocatable :: form
+
+      allocate (form)
+      call form%init(self%model, self%options)
+      call move_alloc(form, equations)
+   end subroutine stage_equations
 
 end module taut_constrained_method_present

@@ -9,10 +9,10 @@
 !! of the element's relative rotation.
 module taut_model_beam_element
    use taut_kinds, only: wp
-   use taut_rotation, only: cross, quaternion_of_vector, right_tangent, right_tangent_inverse, rotate
+   use taut_rotation, only: cross, quaternion_of_vector, right_tangent, right_tangent_inverse, rotate, rotate_back
    implicit none (type, external)
    private
-   public :: beam_element_t, new_element, internal_loads, element_strain, element_energy
+   public :: beam_element_t, new_element, internal_loads, element_strain, element_energy, element_rows
 
    !> An element.
    type :: beam_element_t
@@ -171,6 +171,40 @@ contains
          m_2(i) = half(i) - m_i(i)
       end do
    end subroutine internal_loads
+
+   !> The element as elastic rows: g, the strains times the length (with damping, plus their rates times its time constant),
+   !! and B, by which the loads at the cut, sigma = stiffness g/length, act on the nodes as -B^T sigma.
+   pure subroutine element_rows(self, x_1, q_1, v_1, x_2, q_2, v_2, g, b)
+      !> The element.
+      type(beam_element_t), intent(in) :: self
+      !> Positions [m] and orientations (unit quaternions).
+      real(wp), intent(in) :: x_1(3), q_1(4), x_2(3), q_2(4)
+      !> Velocities of the nodes, linear in global and angular in body axes; used by damping only.
+      real(wp), intent(in) :: v_1(6), v_2(6)
+      !> {stretch and slips [m], twist and bends [rad]}.
+      real(wp), intent(out) :: g(6)
+      !> Row after row, each with the velocities of node 1 and of node 2: (12, 6).
+      real(wp), intent(out) :: b(12, 6)
+      real(wp) :: arm(3), r(3, 3), rate(6), strain(6)
+      integer :: i
+
+      call half_way(self%l, x_1, q_1, x_2, q_2, r, strain)
+      g = self%l*(strain - self%reference)
+      if (self%damping > 0.0_wp) then
+         call gradient_rate(self%l, x_2 - x_1, v_1, v_2, r, strain, rate)
+         g = g + self%l*self%damping*rate
+      end if
+      arm = 0.5_wp*(x_2 - x_1)
+      b(:, :) = 0.0_wp
+      do i = 1, 3
+         b(1:3, i) = -r(:, i)
+         b(4:6, i) = -rotate_back(q_1, cross(arm, r(:, i)))
+         b(7:9, i) = r(:, i)
+         b(10:12, i) = -rotate_back(q_2, cross(arm, r(:, i)))
+         b(4:6, i + 3) = -rotate_back(q_1, r(:, i))
+         b(10:12, i + 3) = rotate_back(q_2, r(:, i))
+      end do
+   end subroutine element_rows
 
    !> Rate of the gradient of `half_way`.
    !!

@@ -4,12 +4,13 @@ module taut_ode_stepper_choose
    use taut_ode_stepper, only: stepper_t
    use taut_ode_stepper_dop853, only: dop853_t
    use taut_ode_stepper_dormand_prince, only: dormand_prince_t
+   use taut_ode_stepper_radau, only: radau_t
    implicit none (type, external)
    private
    public :: choose_stepper, integrator_names
 
    !> All of them.
-   character(len=16), parameter :: integrator_names(2) = [character(len=16) :: 'dopri5', 'dop853']
+   character(len=16), parameter :: integrator_names(3) = [character(len=16) :: 'dopri5', 'dop853', 'radau']
 
 contains
 
@@ -29,6 +30,8 @@ contains
          allocate (dormand_prince_t :: stepper)
       case ('dop853')
          allocate (dop853_t :: stepper)
+      case ('radau')
+         allocate (radau_t :: stepper)
       case default
          known = ''
          do i = 1, size(integrator_names)

@@ -1,0 +1,457 @@
+!> Tests of the implicit integrator: order, stiffness, constraints of all kinds.
+module test_radau
+   use systems, only: actuator, bead, driven_pivot, new_compound, new_coupler, new_particle, sleigh, sleigh_in_space
+   use taut, only: block_diagonal_t, constrained_ode_t, error_t, integration_options_t, integration_result_t, &
+                   mechanical_system_t, method_names, method_t, ode_system_t, integrator_t, rhs_ok, rhs_retry, sample_t, simulate, &
+                   state_t, &
+                   status_not_finite, status_reached_end, trajectory_t, wp
+   use taut_constrained_system_stiff, only: stiff_system_t
+   use taut_model_pendulum, only: new_pendulum, pendulum_t
+   use testing, only: check, check_below, check_close, new_test, no_error, test_t
+   implicit none (type, external)
+   private
+   public :: collect_radau
+
+   !> y' = -k (y - cos t) - sin t; y = cos t where it starts there.
+   type, extends(ode_system_t) :: relaxation_t
+      real(wp) :: k = 1.0_wp
+      !> Not defined beyond this time.
+      real(wp) :: last = huge(1.0_wp)
+   contains
+      procedure :: rhs => relaxation_rhs
+   end type relaxation_t
+
+   !> A unit mass on a spring from the origin, of length 1; as elastic row or as a force alone; damped or not.
+   type, extends(stiff_system_t) :: spring_t
+      real(wp) :: k = 1.0e8_wp, tau = 0.0_wp
+   contains
+      procedure :: mass => spring_mass
+      procedure :: force => spring_force
+      procedure :: soft_force => spring_soft_force
+      procedure :: elastic_pattern => spring_pattern
+      procedure :: elastic_rows => spring_rows
+      procedure :: elastic_stiffness => spring_stiffness
+   end type spring_t
+
+   real(wp), parameter :: g = 9.81_wp
+
+contains
+
+   !> All tests of this module.
+   function collect_radau() result(tests)
+      type(test_t), allocatable :: tests(:)
+
+      tests = [new_test('the order of the solution', order_of_solution), &
+               new_test('the order of dense output', order_of_dense), &
+               new_test('L-stable', l_stable), &
+               new_test('the order under constraints', order_under_constraints), &
+               new_test('constraints of all kinds', all_constraints), &
+               new_test('every method has an implicit form', every_method), &
+               new_test('a stiff spring costs the same at any stiffness', stiff_spring), &
+               new_test('a spring without its row gives the same motion', spring_without_row), &
+               new_test('ringing above the tolerance is resolved', ringing), &
+               new_test('damping of an elastic row', damped_row), &
+               new_test('backwards in time', backwards), &
+               new_test('a right-hand side that ends', ends)]
+   end function collect_radau
+
+   subroutine relaxation_rhs(self, t, y, dydt, info)
+      class(relaxation_t), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in), contiguous :: y(:)
+      real(wp), intent(out), contiguous :: dydt(:)
+      integer, intent(out) :: info
+
+      info = merge(rhs_ok, rhs_retry, t <= self%last)
+      dydt = [-self%k*(y(1) - cos(t)) - sin(t)]
+   end subroutine relaxation_rhs
+
+   subroutine spring_mass(self, at, m)
+      class(spring_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(block_diagonal_t), intent(inout) :: m
+
+      call m%set_identity()
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine spring_mass
+
+   subroutine spring_force(self, at, value)
+      class(spring_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+      real(wp) :: strain(1), e(2)
+
+      call self%elastic_rows(at, strain, e)
+      value = [0.0_wp, -g] - self%k*strain(1)*e
+   end subroutine spring_force
+
+   subroutine spring_soft_force(self, at, value)
+      class(spring_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      if (self%n_elastic == 0) then
+         call self%force(at, value)
+      else
+         value = [0.0_wp, -g]
+      end if
+   end subroutine spring_soft_force
+
+   subroutine spring_pattern(self, first, column)
+      class(spring_t), intent(in) :: self
+      integer, allocatable, intent(out) :: first(:), column(:)
+
+      first = [1]
+      column = [integer ::]
+      if (self%n_elastic == 0) return
+      first = [1, 3]
+      column = [1, 2]
+   end subroutine spring_pattern
+
+   subroutine spring_rows(self, at, strain, values)
+      class(spring_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: strain(:), values(:)
+
+      values = at%x/norm2(at%x)
+      strain = norm2(at%x) - 1.0_wp + self%tau*dot_product(values, at%v)
+   end subroutine spring_rows
+
+   subroutine spring_stiffness(self, stiffness)
+      class(spring_t), intent(in) :: self
+      type(block_diagonal_t), intent(inout) :: stiffness
+
+      call stiffness%init([1])
+      call stiffness%set_diagonal([self%k])
+   end subroutine spring_stiffness
+
+   !> A spring as an elastic row.
+   function new_spring(k) result(spring)
+      real(wp), intent(in) :: k
+      type(spring_t) :: spring
+
+      spring%k = k
+      call spring%define(n=2, c=0, mass_blocks=[1, 1])
+      spring%n_elastic = 1
+   end function new_spring
+
+   function radau(rtol) result(options)
+      real(wp), intent(in) :: rtol
+      type(integration_options_t) :: options
+
+      options = integration_options_t(integrator='radau', rtol=rtol, atol=1.0e-3_wp*rtol)
+   end function radau
+
+   !> An integration of the relaxation problem with fixed steps.
+   subroutine relax(k, h, t_end, y, failure, trajectory, output_dt)
+      real(wp), intent(in) :: k, h, t_end
+      real(wp), intent(out) :: y(1)
+      character(:), allocatable, intent(inout) :: failure
+      type(trajectory_t), intent(inout), optional :: trajectory
+      real(wp), intent(in), optional :: output_dt
+      type(relaxation_t) :: problem
+      type(integrator_t) :: integrator
+      type(integration_options_t) :: options
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      real(wp) :: t
+
+      problem%k = k
+      options = integration_options_t(integrator='radau', step_control='fixed', first_step=h, rtol=1.0e-12_wp, atol=1.0e-12_wp)
+      if (present(output_dt)) options%output_dt = output_dt
+      call integrator%init(1, options, error)
+      call no_error(failure, error)
+      t = 0.0_wp
+      y = [1.0_wp]
+      call integrator%run(problem, t, y, t_end, result, trajectory)
+      call check(failure, result%status == status_reached_end, 'the end is reached')
+   end subroutine relax
+
+   subroutine order_of_solution(failure)
+      character(:), allocatable, intent(inout) :: failure
+      real(wp) :: e(2), y(1)
+      integer :: i
+
+      do i = 1, 2
+         call relax(1.0_wp, 0.5_wp/2**i, 2.0_wp, y, failure)
+         e(i) = abs(y(1) - cos(2.0_wp))
+      end do
+      call check_close(failure, log(e(1)/e(2))/log(2.0_wp), 5.0_wp, 0.3_wp, 'order')
+   end subroutine order_of_solution
+
+   subroutine order_of_dense(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(trajectory_t) :: trajectory
+      real(wp) :: e(2), y(1)
+      integer :: i
+
+      do i = 1, 2
+         trajectory = trajectory_t()
+         call relax(1.0_wp, 0.5_wp/2**i, 2.0_wp, y, failure, trajectory, 0.03_wp)
+         associate (n => trajectory%points)
+            e(i) = maxval(abs(trajectory%y(1, :n) - cos(trajectory%t(:n))))
+         end associate
+      end do
+      call check_close(failure, log(e(1)/e(2))/log(2.0_wp), 4.0_wp, 0.4_wp, 'order')
+   end subroutine order_of_dense
+
+   subroutine l_stable(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(relaxation_t) :: problem
+      type(integrator_t) :: integrator
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      real(wp) :: t, y(1)
+
+      ! From beside the slow motion: a transient of 1e-8 s that has to be over at once.
+      problem%k = 1.0e8_wp
+      call integrator%init(1, radau(1.0e-7_wp), error)
+      call no_error(failure, error)
+      t = 0.0_wp
+      y = [1.5_wp]
+      call integrator%run(problem, t, y, 10.0_wp, result)
+      call check(failure, result%status == status_reached_end, 'the end is reached')
+      call check_close(failure, y(1), cos(10.0_wp), 1.0e-7_wp, 'the slow motion')
+      call check(failure, result%steps < 150, 'few steps')
+      call check(failure, result%jacobians < result%steps/2 .and. result%jacobians > 0, 'fewer Jacobians')
+   end subroutine l_stable
+
+   !> The pendulum with fixed steps: errors of position, velocity and multiplier against much shorter ones.
+   subroutine order_under_constraints(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: pendulum
+      type(error_t), allocatable :: error
+      real(wp) :: e(3, 2), exact(5), now(5)
+      integer :: i
+
+      call new_pendulum(pendulum, 1.0_wp, 1.0_wp, g, 1, error)
+      call no_error(failure, error)
+      call swing(integration_options_t(rtol=1.0e-12_wp, atol=1.0e-13_wp), exact)
+      do i = 1, 2
+         call swing(integration_options_t(integrator='radau', step_control='fixed', first_step=0.04_wp/2**i, rtol=1.0e-10_wp, &
+                                          atol=1.0e-10_wp), now)
+         e(:, i) = [norm2(now(:2) - exact(:2)), norm2(now(3:4) - exact(3:4)), abs(now(5) - exact(5))]
+         call check_below(failure, abs(norm2(now(:2)) - 1.0_wp), 1.0e-12_wp, 'length')
+      end do
+      do i = 1, 3
+         call check_close(failure, log(e(i, 1)/e(i, 2))/log(2.0_wp), 5.0_wp, 0.4_wp, 'order')
+      end do
+
+   contains
+
+      subroutine swing(options, found)
+         type(integration_options_t), intent(in) :: options
+         real(wp), intent(out) :: found(5)
+         type(state_t) :: at
+         type(integration_result_t) :: result
+         class(constrained_ode_t), allocatable :: ode
+         type(sample_t) :: s
+         real(wp) :: y(4)
+         integer :: info
+
+         at%x = [1.0_wp, 0.0_wp]
+         at%v = [0.0_wp, 0.0_wp]
+         call simulate(pendulum, at, 1.0_wp, result, error, options=options, ode=ode)
+         call no_error(failure, error)
+         call ode%pack(at, y)
+         call ode%sample(at%t, y, s, info)
+         found = [y, s%lambda(1)]
+      end subroutine swing
+
+   end subroutine order_under_constraints
+
+   !> Both integrators at tight tolerances, and compliance.
+   subroutine compare(name, model, x, v, t_end, failure, w, method)
+      character(*), intent(in) :: name
+      class(mechanical_system_t), intent(in) :: model
+      real(wp), intent(in) :: x(:), v(:), t_end
+      character(:), allocatable, intent(inout) :: failure
+      real(wp), intent(in), optional :: w(:)
+      type(method_t), intent(in), optional :: method
+      type(state_t) :: at, reference
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      class(constrained_ode_t), allocatable :: ode
+      type(sample_t) :: s
+      real(wp), allocatable :: y(:)
+      integer :: info
+
+      at%x = x
+      at%v = v
+      at%w = [real(wp) ::]
+      if (present(w)) at%w = w
+      reference = at
+      call simulate(model, reference, t_end, result, error, method, integration_options_t(rtol=1.0e-10_wp, atol=1.0e-12_wp))
+      call simulate(model, at, t_end, result, error, method, radau(1.0e-9_wp), ode=ode)
+      call no_error(failure, error)
+      call check(failure, result%status == status_reached_end, name//': the end is reached')
+      if (allocated(failure)) return
+      call check_below(failure, maxval(abs([at%x, at%v, at%w] - [reference%x, reference%v, reference%w])), 1.0e-6_wp, &
+                       name//': the motion')
+      if (present(method) .or. model%c == 0) return
+      allocate (y(ode%size()))
+      call ode%pack(at, y)
+      call ode%sample(at%t, y, s, info)
+      call check_below(failure, max(s%phi, s%phidot, s%phiddot), 1.0e-11_wp, name//': the constraints')
+   end subroutine compare
+
+   subroutine all_constraints(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: pendulum
+      type(error_t), allocatable :: error
+
+      call compare('rheonomic', new_particle(bead), [1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], 1.0_wp, failure)
+      call compare('driven', new_particle(driven_pivot, rate=5.0_wp, amplitude=0.2_wp), [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], &
+                   2.0_wp, failure)
+      call compare('non-holonomic', new_particle(sleigh), [0.0_wp, 0.0_wp, 0.3_wp], [1.0_wp, 0.3_wp, 0.4_wp], 2.0_wp, failure)
+      call compare('mixed', new_particle(sleigh_in_space), [0.0_wp, 0.0_wp, 0.3_wp, 0.0_wp], [1.0_wp, 0.3_wp, 0.4_wp, 0.0_wp], &
+                   2.0_wp, failure)
+      call compare('coordinates of their own', new_compound(), [0.3_wp, -0.4_wp, 0.8_wp, 0.6_wp], [0.0_wp, 0.0_wp, 0.0_wp], &
+                   2.0_wp, failure)
+      call compare('redundant at times', new_coupler(3), [0.6_wp, -0.8_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], 2.0_wp, failure)
+      call compare('other states', new_particle(actuator), [0.0_wp], [0.0_wp], 2.0_wp, failure, w=[3.0_wp])
+      call new_pendulum(pendulum, 1.0_wp, 1.0_wp, g, 3, error)
+      call compare('redundant', pendulum, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], 2.0_wp, failure)
+   end subroutine all_constraints
+
+   subroutine every_method(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: pendulum
+      type(error_t), allocatable :: error
+      type(method_t) :: method
+      integer :: i
+
+      call new_pendulum(pendulum, 1.0_wp, 1.0_wp, g, 1, error)
+      do i = 1, size(method_names)
+         method = method_t(name=method_names(i), stiffness=1.0e4_wp, damping=10.0_wp)
+         call compare(trim(method%name), pendulum, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], 1.0_wp, failure, method=method)
+      end do
+      call compare('W = M', pendulum, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], 1.0_wp, failure, method=method_t(weight='mass'))
+   end subroutine every_method
+
+   !> One second of the spring's swing from the horizontal, released with the spring at its length.
+   subroutine swing_spring(spring, options, at, result, failure)
+      class(spring_t), intent(in) :: spring
+      type(integration_options_t), intent(in) :: options
+      type(state_t), intent(out) :: at
+      type(integration_result_t), intent(out) :: result
+      character(:), allocatable, intent(inout) :: failure
+      type(error_t), allocatable :: error
+
+      at%x = [1.0_wp, 0.0_wp]
+      at%v = [0.0_wp, 0.0_wp]
+      at%w = [real(wp) ::]
+      call simulate(spring, at, 1.0_wp, result, error, options=options)
+      call no_error(failure, error)
+      call check(failure, result%status == status_reached_end, 'the end is reached')
+   end subroutine swing_spring
+
+   subroutine stiff_spring(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: pendulum
+      type(state_t) :: at, rigid
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      integer :: i, steps(2)
+      real(wp) :: k
+
+      call new_pendulum(pendulum, 1.0_wp, 1.0_wp, g, 1, error)
+      rigid%x = [1.0_wp, 0.0_wp]
+      rigid%v = [0.0_wp, 0.0_wp]
+      call simulate(pendulum, rigid, 1.0_wp, result, error, options=integration_options_t(rtol=1.0e-12_wp, atol=1.0e-13_wp))
+      do i = 1, 2
+         k = 1.0e8_wp
+         if (i == 2) k = 1.0e10_wp
+         call swing_spring(new_spring(k), radau(1.0e-6_wp), at, result, failure)
+         steps(i) = result%steps
+         ! The rod's tension, 3 m g sin(angle below the horizontal), over k: the spring's stretch where it does not ring.
+         call check_close(failure, norm2(at%x) - 1.0_wp, 3.0_wp*g*abs(at%x(2))/k, 0.05_wp*3.0_wp*g/k, 'stretch')
+         call check_below(failure, norm2(at%x - rigid%x), 1.0e-6_wp, 'distance from the rod''s motion')
+         call check(failure, result%jacobians <= 0.15_wp*result%steps, 'few Jacobians')
+      end do
+      call check(failure, steps(1) <= 100, 'few steps')
+      call check(failure, abs(steps(1) - steps(2)) <= 0.1_wp*steps(1), 'as many for both')
+   end subroutine stiff_spring
+
+   subroutine spring_without_row(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(spring_t) :: spring
+      type(state_t) :: at, with_row
+      type(integration_result_t) :: result
+
+      spring = new_spring(1.0e6_wp)
+      call swing_spring(spring, radau(1.0e-7_wp), with_row, result, failure)
+      spring%n_elastic = 0
+      call swing_spring(spring, radau(1.0e-7_wp), at, result, failure)
+      if (allocated(failure)) return
+      call check_below(failure, norm2(at%x - with_row%x), 3.0e-6_wp, 'difference')
+   end subroutine spring_without_row
+
+   !> A soft spring rings with an amplitude above the tolerance: both integrators agree on it.
+   subroutine ringing(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(state_t) :: at, reference
+      type(integration_result_t) :: result
+
+      call swing_spring(new_spring(1.0e4_wp), radau(1.0e-8_wp), at, result, failure)
+      call swing_spring(new_spring(1.0e4_wp), integration_options_t(rtol=1.0e-11_wp, atol=1.0e-13_wp), reference, result, failure)
+      if (allocated(failure)) return
+      call check_below(failure, norm2(at%x - reference%x), 1.0e-6_wp, 'position')
+      call check_below(failure, norm2(at%v - reference%v), 1.0e-4_wp, 'velocity')
+   end subroutine ringing
+
+   subroutine damped_row(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(spring_t) :: spring
+      type(state_t) :: at, reference
+      type(integration_result_t) :: result
+
+      spring = new_spring(1.0e4_wp)
+      spring%tau = 2.0e-3_wp
+      spring%elastic_damping = [spring%tau]
+      call swing_spring(spring, radau(1.0e-8_wp), at, result, failure)
+      call check(failure, result%steps < 1500, 'damped ringing costs less')
+      call swing_spring(spring, integration_options_t(rtol=1.0e-11_wp, atol=1.0e-13_wp), reference, result, failure)
+      if (allocated(failure)) return
+      call check_below(failure, norm2(at%x - reference%x), 1.0e-6_wp, 'position')
+      call check_below(failure, norm2(at%v - reference%v), 1.0e-5_wp, 'velocity')
+   end subroutine damped_row
+
+   subroutine backwards(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: pendulum
+      type(state_t) :: at
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+
+      call new_pendulum(pendulum, 1.0_wp, 1.0_wp, g, 1, error)
+      at%x = [1.0_wp, 0.0_wp]
+      at%v = [0.0_wp, 0.0_wp]
+      call simulate(pendulum, at, 1.0_wp, result, error, options=radau(1.0e-9_wp))
+      call simulate(pendulum, at, 0.0_wp, result, error, options=radau(1.0e-9_wp))
+      call no_error(failure, error)
+      call check(failure, result%status == status_reached_end, 'the end is reached')
+      call check_below(failure, norm2(at%x - [1.0_wp, 0.0_wp]), 1.0e-7_wp, 'back where it was')
+   end subroutine backwards
+
+   !> There is nothing beyond t = 1/2.
+   subroutine ends(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(relaxation_t) :: problem
+      type(integrator_t) :: integrator
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      real(wp) :: t, y(1)
+
+      problem%last = 0.5_wp
+      call integrator%init(1, radau(1.0e-6_wp), error)
+      call no_error(failure, error)
+      t = 0.0_wp
+      y = [1.0_wp]
+      call integrator%run(problem, t, y, 1.0_wp, result)
+      call check(failure, result%status == status_not_finite .and. allocated(result%error), 'it says so')
+      call check_close(failure, t, 0.5_wp, 1.0e-6_wp, 'up to there')
+   end subroutine ends
+
+end module test_radau
