@@ -170,6 +170,7 @@ def pairs(lines: list[str], beginning: str) -> tuple[float, float]:
         ("turning_tube", "reached-end, radius", 0.5 * math.cos(15.0), 2e-8),
         ("sleigh", "reached-end, how far", 0.5 * 9.81 / (2 * 1.5**2) * math.sin(7.5) ** 2, 2e-8),
         ("large", "reached-end, force", 0.1 * 0.01 * 1000 * 1001 / 2, 1e-5),
+        ("wind", "reached-end, rate", 0.774049, 1e-6),
         ("events", "time", math.gamma(0.25) ** 2 / (4 * math.sqrt(math.pi * 9.81)), 2e-6),
         ("events", "tension", 3 * 9.81, 2e-6),
     ],
