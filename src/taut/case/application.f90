@@ -112,8 +112,12 @@ contains
    logical function told(line, app, default_case, purpose, groups, ending)
       !> The command line.
       type(command_line_t), intent(in) :: line
-      !> Name of the app, its default case, and one line for the help.
-      character(*), intent(in) :: app, default_case, purpose
+      !> Name of the app.
+      character(*), intent(in) :: app
+      !> Its default case.
+      character(*), intent(in) :: default_case
+      !> One line for the help.
+      character(*), intent(in) :: purpose
       !> The groups of a case file.
       type(declared_t), intent(in) :: groups(:)
       !> Its files and exit codes. Default: those of an app that integrates.

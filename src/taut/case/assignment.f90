@@ -17,10 +17,14 @@ contains
 
    !> Takes an assignment apart.
    pure subroutine take_words(value, subscript, dims, counts, words, places, code)
-      !> What is assigned, and the subscript of what it is assigned to; empty for none.
-      character(*), intent(in) :: value, subscript
-      !> Bounds of subscripts, none for a single value; numbers of values there may be without one, none for all that fit.
-      integer, intent(in) :: dims(:), counts(:)
+      !> What is assigned.
+      character(*), intent(in) :: value
+      !> The subscript of what it is assigned to; empty for none.
+      character(*), intent(in) :: subscript
+      !> Bounds of subscripts; none for a single value.
+      integer, intent(in) :: dims(:)
+      !> Numbers of values there may be without a subscript; none for all that fit.
+      integer, intent(in) :: counts(:)
       !> The words, each as often as it is meant.
       type(word_t), allocatable, intent(out) :: words(:)
       !> Where each goes, in the order of columns.

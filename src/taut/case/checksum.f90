@@ -49,8 +49,10 @@ contains
    subroutine checksum_of_file(path, first, last, checksum, done)
       !> Path of the file.
       character(*), intent(in) :: path
-      !> The part: bytes `first` + 1 to `last`.
-      integer(int64), intent(in) :: first, last
+      !> The byte before the part.
+      integer(int64), intent(in) :: first
+      !> The last byte of the part.
+      integer(int64), intent(in) :: last
       !> Checksum of what came before; on return, of all.
       integer(int64), intent(inout) :: checksum
       !> Whether the file has all these bytes.

@@ -132,8 +132,12 @@ contains
 
    !> The text of `--help`.
    function usage(app, default_case, about, ending) result(text)
-      !> Name of the app, its default case, and what it does.
-      character(*), intent(in) :: app, default_case, about
+      !> Name of the app.
+      character(*), intent(in) :: app
+      !> Its default case.
+      character(*), intent(in) :: default_case
+      !> What it does, in one line.
+      character(*), intent(in) :: about
       !> Its files and exit codes. Default: those of an app that integrates.
       character(*), intent(in), optional :: ending
       !> Several lines.

@@ -129,10 +129,16 @@ contains
       character(*), intent(in) :: name
       !> The default, and what is read.
       real(wp), intent(inout) :: value
-      !> Its unit, and what it is.
-      character(*), intent(in) :: unit, help
-      !> A lower bound that is not valid itself; bounds that are.
-      real(wp), intent(in), optional :: above, least, most
+      !> Its unit.
+      character(*), intent(in) :: unit
+      !> What it is, in one line.
+      character(*), intent(in) :: help
+      !> A lower bound that is not valid itself.
+      real(wp), intent(in), optional :: above
+      !> A lower bound that is.
+      real(wp), intent(in), optional :: least
+      !> An upper bound that is.
+      real(wp), intent(in), optional :: most
       real(wp), allocatable :: list(:)
 
       allocate (list, source=[value])
@@ -148,10 +154,16 @@ contains
       character(*), intent(in) :: name
       !> The defaults, and what is read.
       real(wp), intent(inout) :: values(:)
-      !> Its unit, and what it is.
-      character(*), intent(in) :: unit, help
-      !> A lower bound that is not valid itself; bounds that are.
-      real(wp), intent(in), optional :: above, least, most
+      !> Its unit.
+      character(*), intent(in) :: unit
+      !> What it is, in one line.
+      character(*), intent(in) :: help
+      !> A lower bound that is not valid itself.
+      real(wp), intent(in), optional :: above
+      !> A lower bound that is.
+      real(wp), intent(in), optional :: least
+      !> An upper bound that is.
+      real(wp), intent(in), optional :: most
       real(wp), allocatable :: list(:)
 
       allocate (list, source=values)
@@ -167,8 +179,10 @@ contains
       character(*), intent(in) :: name
       !> The defaults, and what is read.
       real(wp), intent(inout) :: values(:, :)
-      !> Its unit, and what it is.
-      character(*), intent(in) :: unit, help
+      !> Its unit.
+      character(*), intent(in) :: unit
+      !> What it is, in one line.
+      character(*), intent(in) :: help
       real(wp), allocatable :: list(:)
 
       allocate (list, source=reshape(values, [size(values)]))
@@ -186,8 +200,10 @@ contains
       integer, intent(inout) :: value
       !> What it is.
       character(*), intent(in) :: help
-      !> Bounds.
-      integer, intent(in), optional :: least, most
+      !> Lower bound.
+      integer, intent(in), optional :: least
+      !> Upper bound.
+      integer, intent(in), optional :: most
       real(wp), allocatable :: list(:)
 
       allocate (list, source=[real(value, wp)])
@@ -248,10 +264,16 @@ contains
       character(*), intent(in) :: name
       !> What is read.
       real(wp), intent(inout), allocatable :: value
-      !> Its unit, and what it is.
-      character(*), intent(in) :: unit, help
-      !> A lower bound that is not valid itself; bounds that are.
-      real(wp), intent(in), optional :: above, least, most
+      !> Its unit.
+      character(*), intent(in) :: unit
+      !> What it is, in one line.
+      character(*), intent(in) :: help
+      !> A lower bound that is not valid itself.
+      real(wp), intent(in), optional :: above
+      !> A lower bound that is.
+      real(wp), intent(in), optional :: least
+      !> An upper bound that is.
+      real(wp), intent(in), optional :: most
       real(wp), allocatable :: list(:)
 
       if (allocated(value)) allocate (list, source=[value])
@@ -267,12 +289,18 @@ contains
       character(*), intent(in) :: name
       !> What is read.
       real(wp), intent(inout), allocatable :: values(:)
-      !> Its unit, and what it is.
-      character(*), intent(in) :: unit, help
+      !> Its unit.
+      character(*), intent(in) :: unit
+      !> What it is, in one line.
+      character(*), intent(in) :: help
       !> How many there may be, in rising order; one that is not there with a subscript is 0.
       integer, intent(in) :: counts(:)
-      !> A lower bound that is not valid itself; bounds that are.
-      real(wp), intent(in), optional :: above, least, most
+      !> A lower bound that is not valid itself.
+      real(wp), intent(in), optional :: above
+      !> A lower bound that is.
+      real(wp), intent(in), optional :: least
+      !> An upper bound that is.
+      real(wp), intent(in), optional :: most
 
       call self%pass_numbers(name, values, counts(size(counts):), counts, 'number', unit, help, real_range(above, least, most))
    end subroutine reals_option
@@ -289,8 +317,10 @@ contains
       character(*), intent(in) :: help
       !> How many there may be.
       integer, intent(in) :: longest
-      !> Bounds.
-      integer, intent(in), optional :: least, most
+      !> Lower bound.
+      integer, intent(in), optional :: least
+      !> Upper bound.
+      integer, intent(in), optional :: most
       real(wp), allocatable :: list(:)
 
       if (allocated(values)) allocate (list, source=real(values, wp))

@@ -44,8 +44,11 @@ contains
    pure function real_range(above, least, most) result(range)
       !> Lower bound that does not belong to it.
       real(wp), intent(in), optional :: above
-      !> Lower and upper bound that belong to it.
-      real(wp), intent(in), optional :: least, most
+      !> Lower bound that belongs to it.
+      real(wp), intent(in), optional :: least
+      !> Upper bound that belongs to it.
+      real(wp), intent(in), optional :: most
+      !> The range.
       type(range_t) :: range
 
       if (present(least)) range%least = least
@@ -71,6 +74,7 @@ contains
    pure function described(self) result(text)
       !> The range.
       class(range_t), intent(in) :: self
+      !> A few words; empty for all numbers.
       character(:), allocatable :: text
       logical :: bounded(2)
 
@@ -94,6 +98,7 @@ contains
       class(range_t), intent(in) :: self
       !> The number.
       real(wp), intent(in) :: value
+      !> What follows the number in a sentence.
       character(:), allocatable :: text
 
       if (.not. ieee_is_finite(value)) then
@@ -115,6 +120,7 @@ contains
    pure function choice_list(choices) result(text)
       !> The texts; blank ones do not count.
       character(*), intent(in) :: choices(:)
+      !> In quotation marks, with commas between.
       character(:), allocatable :: text
       integer :: i
 
@@ -130,6 +136,7 @@ contains
    pure function joined(numbers) result(text)
       !> At least one.
       integer, intent(in) :: numbers(:)
+      !> With commas between.
       character(:), allocatable :: text
       integer :: i
 

@@ -87,8 +87,9 @@ contains
 
    !> Reads a group.
    subroutine read_group(file, group, data, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> The defaults, and what is read.
       class(group_data_t), intent(inout) :: data

@@ -20,8 +20,9 @@ contains
 
    !> &beam. Its nodes are the bodies name1, name2, ... from one end to the other.
    subroutine read_beam(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts

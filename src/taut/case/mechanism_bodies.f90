@@ -18,8 +18,9 @@ contains
 
    !> &body.
    subroutine read_body(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts
@@ -199,8 +200,9 @@ contains
 
    !> &point_mass.
    subroutine read_point_mass(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts
@@ -244,8 +246,9 @@ contains
 
    !> &ground_point.
    subroutine read_ground_point(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts
@@ -283,8 +286,9 @@ contains
 
    !> &point: a point of a body, whose position is written out.
    subroutine read_point(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts

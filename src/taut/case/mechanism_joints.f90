@@ -19,9 +19,12 @@ contains
    !> Places the points of what joins two anchors: a point that both share, or one for each; a side that has none takes the
    !! point of the other, or the center of mass.
    subroutine place_points(parts, one, two, shared, has, points, in_body_axes, p_1, p_2, error)
-      !> What was read so far, and the two anchors.
+      !> What was read so far.
       type(parts_t), intent(in) :: parts
-      type(anchor_t), intent(in) :: one, two
+      !> The first anchor.
+      type(anchor_t), intent(in) :: one
+      !> The second.
+      type(anchor_t), intent(in) :: two
       !> The point that both share, in global axes at the start.
       real(wp), intent(in) :: shared(3)
       !> Whether it is given, and whether those of the first and the second are.
@@ -30,8 +33,10 @@ contains
       real(wp), intent(in) :: points(3, 2)
       !> Whether these are in body axes; else in global ones at the start.
       logical, intent(in) :: in_body_axes
-      !> Points in body axes [m].
-      real(wp), intent(out) :: p_1(3), p_2(3)
+      !> Point of the first, in body axes [m].
+      real(wp), intent(out) :: p_1(3)
+      !> Point of the second, in body axes [m].
+      real(wp), intent(out) :: p_2(3)
       !> A point that is given twice, or is not a number.
       type(error_t), allocatable, intent(inout) :: error
       type(pose_t) :: it(2)
@@ -74,8 +79,9 @@ contains
 
    !> &joint.
    subroutine read_joint(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts
@@ -281,8 +287,9 @@ contains
 
    !> &rolling: a disc that rolls on a plane without slipping.
    subroutine read_rolling(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts
@@ -336,8 +343,9 @@ contains
 
    !> &knife_edge: a point of a body does not move across an edge that is fixed in the body.
    subroutine read_knife_edge(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts

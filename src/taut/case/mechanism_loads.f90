@@ -21,8 +21,9 @@ contains
 
    !> &function.
    subroutine read_function(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts
@@ -92,8 +93,9 @@ contains
 
    !> &gravity.
    subroutine read_gravity(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far.
       type(parts_t), intent(inout) :: parts
@@ -121,8 +123,9 @@ contains
 
    !> &force and &moment.
    subroutine read_load(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts
@@ -182,8 +185,9 @@ contains
 
    !> &spring and &damper.
    subroutine read_spring(file, group, parts, error)
-      !> The case file and the group.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
       !> What was read so far; added to.
       type(parts_t), intent(inout) :: parts

@@ -65,8 +65,9 @@ contains
 
    !> A repeated group must number its names.
    subroutine check_repeat(repeat, name, error)
-      !> How often; the name as written.
+      !> How often.
       integer, intent(in) :: repeat
+      !> The name as written.
       character(*), intent(in) :: name
       !> A number that is not positive, a name without #.
       type(error_t), allocatable, intent(inout) :: error
@@ -105,8 +106,10 @@ contains
    subroutine find_anchor(parts, name, what, anchor, error)
       !> What was read so far.
       type(parts_t), intent(in) :: parts
-      !> The name, and the entry that it stands in.
-      character(*), intent(in) :: name, what
+      !> The name.
+      character(*), intent(in) :: name
+      !> The entry that it stands in.
+      character(*), intent(in) :: what
       !> What it names.
       type(anchor_t), intent(out) :: anchor
       !> There is none.
@@ -130,8 +133,10 @@ contains
    subroutine find_function(parts, name, what, number, error)
       !> What was read so far.
       type(parts_t), intent(in) :: parts
-      !> The name, and the entry that it stands in.
-      character(*), intent(in) :: name, what
+      !> The name.
+      character(*), intent(in) :: name
+      !> The entry that it stands in.
+      character(*), intent(in) :: what
       !> Its index.
       integer, intent(out) :: number
       !> There is none.
@@ -151,8 +156,10 @@ contains
    subroutine find_joint(parts, name, what, number, error)
       !> What was read so far.
       type(parts_t), intent(in) :: parts
-      !> The name, and the entry that it stands in.
-      character(*), intent(in) :: name, what
+      !> The name.
+      character(*), intent(in) :: name
+      !> The entry that it stands in.
+      character(*), intent(in) :: what
       !> Its index.
       integer, intent(out) :: number
       !> There is none.
@@ -166,9 +173,11 @@ contains
 
    !> Names the place in the file and the thing.
    subroutine locate_named(file, group, name, error)
-      !> The file, the group, and the name of what it describes.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> The group.
       type(group_t), intent(in) :: group
+      !> Name of what it describes.
       character(*), intent(in) :: name
       !> The error, if there is one.
       type(error_t), allocatable, intent(inout) :: error
@@ -182,8 +191,9 @@ contains
 
    !> Where a body is at the start.
    function start_pose(parts, body) result(it)
-      !> What was read so far, and the body; 0 is the ground.
+      !> What was read so far.
       type(parts_t), intent(in) :: parts
+      !> The body; 0 is the ground.
       integer, intent(in) :: body
       !> Its pose, without velocities.
       type(pose_t) :: it

@@ -33,8 +33,10 @@ contains
 
    !> Runs the case files of the command line if they ask for statics; otherwise says so and does nothing.
    subroutine run_static_cases(app, default_case, asked, code)
-      !> Name of the app and its default case.
-      character(*), intent(in) :: app, default_case
+      !> Name of the app.
+      character(*), intent(in) :: app
+      !> Its default case.
+      character(*), intent(in) :: default_case
       !> Whether they were asked for.
       logical, intent(out) :: asked
       !> Exit code: 0, or 1 if something is wrong.

@@ -11,10 +11,14 @@ contains
    !> Reads times and values: two numbers a row, a comma between them. Rows that begin with # are remarks, the first of the
    !! others may be a heading.
    subroutine read_table(case_path, path, times, values, error)
-      !> The case file, whose folder the path starts from; the CSV file.
-      character(*), intent(in) :: case_path, path
-      !> Columns: (rows).
-      real(wp), allocatable, intent(out) :: times(:), values(:)
+      !> The case file, whose folder the path starts from.
+      character(*), intent(in) :: case_path
+      !> The CSV file.
+      character(*), intent(in) :: path
+      !> Times [s]: (rows).
+      real(wp), allocatable, intent(out) :: times(:)
+      !> Values: (rows).
+      real(wp), allocatable, intent(out) :: values(:)
       !> A file or a line that cannot be read.
       type(error_t), allocatable, intent(inout) :: error
       character(:), allocatable :: whole

@@ -413,9 +413,11 @@ contains
    pure function place(self, path, line) result(text)
       !> The group.
       class(group_t), intent(in) :: self
-      !> The case file, and a line of it.
+      !> Path of the case file.
       character(*), intent(in) :: path
+      !> A line of it.
       integer, intent(in) :: line
+      !> Both, as a message begins.
       character(:), allocatable :: text
       integer :: i
 
@@ -432,6 +434,7 @@ contains
    pure function shown(self) result(text)
       !> The assignment.
       class(assignment_t), intent(in) :: self
+      !> On one line, shortened if it is long.
       character(:), allocatable :: text
       integer, parameter :: longest = 60
 

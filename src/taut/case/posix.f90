@@ -186,8 +186,10 @@ contains
 
    !> Gives a file its final name in one step, in the place of an older file of that name.
    subroutine move_file(from, to, done)
-      !> Old name, new name; on one file system.
-      character(*), intent(in) :: from, to
+      !> Old name.
+      character(*), intent(in) :: from
+      !> New name, on the same file system.
+      character(*), intent(in) :: to
       !> Whether it was done.
       logical, intent(out) :: done
 
@@ -368,7 +370,7 @@ contains
 
    !> Whether standard error is a terminal.
    function is_terminal() result(answer)
-      !> The answer.
+      !> Whether it is.
       logical :: answer
 
       answer = c_isatty(2_c_int) == 1

@@ -53,8 +53,10 @@ contains
       class(tabulated_system_t), intent(in) :: model
       !> Columns to write besides the time, with * for any characters; blank ones do not count, and none means all.
       character(*), intent(in) :: columns(:)
-      !> Start and end, for the progress line [s].
-      real(wp), intent(in) :: t_start, t_end
+      !> Start, for the progress line [s].
+      real(wp), intent(in) :: t_start
+      !> End, for the progress line [s].
+      real(wp), intent(in) :: t_end
       !> A file that cannot be written, or a column that does not exist.
       type(error_t), allocatable, intent(inout) :: error
       integer :: i
@@ -83,8 +85,10 @@ contains
       class(tabulated_system_t), intent(in) :: model
       !> Columns to write besides the time, as in `create`.
       character(*), intent(in) :: columns(:)
-      !> Start and end, for the progress line [s].
-      real(wp), intent(in) :: t_start, t_end
+      !> Start, for the progress line [s].
+      real(wp), intent(in) :: t_start
+      !> End, for the progress line [s].
+      real(wp), intent(in) :: t_end
       !> A column that does not exist.
       type(error_t), allocatable, intent(inout) :: error
       logical :: met(size(columns))

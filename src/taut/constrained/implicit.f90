@@ -299,8 +299,12 @@ contains
       real(wp), intent(in) :: t
       !> Step, for the size of the differences [s].
       real(wp), intent(in) :: h
-      !> State, its derivative, multipliers and internal forces: (n), (n), (n_z).
-      real(wp), intent(in), contiguous :: y(:), ydot(:), z(:)
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Its derivative: (n).
+      real(wp), intent(in), contiguous :: ydot(:)
+      !> Multipliers and internal forces: (n_z).
+      real(wp), intent(in), contiguous :: z(:)
       !> `rhs_ok` or `rhs_retry`.
       integer, intent(out) :: info
       integer :: color, i, j, l, n, n_x

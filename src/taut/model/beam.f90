@@ -168,7 +168,7 @@ contains
    subroutine soft_force(self, at, value)
       !> The beam.
       class(beam_t), intent(in) :: self
-      !> Where.
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> f without the internal forces: (6 nodes).
       real(wp), intent(out) :: value(:)

@@ -89,7 +89,7 @@ contains
    subroutine all_force(self, at, value)
       !> The system.
       class(stiff_system_t), intent(in) :: self
-      !> Where.
+      !> The state at which it is evaluated.
       type(state_t), intent(in) :: at
       !> The force: (n).
       real(wp), intent(out) :: value(:)

@@ -177,10 +177,18 @@ contains
    pure subroutine element_rows(self, x_1, q_1, v_1, x_2, q_2, v_2, g, b)
       !> The element.
       type(beam_element_t), intent(in) :: self
-      !> Positions [m] and orientations (unit quaternions).
-      real(wp), intent(in) :: x_1(3), q_1(4), x_2(3), q_2(4)
-      !> Velocities of the nodes, linear in global and angular in body axes; used by damping only.
-      real(wp), intent(in) :: v_1(6), v_2(6)
+      !> Position of the first node [m].
+      real(wp), intent(in) :: x_1(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_1(4)
+      !> Position of the second node [m].
+      real(wp), intent(in) :: x_2(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_2(4)
+      !> Velocity of the first node, linear in global and angular in body axes; used by damping only.
+      real(wp), intent(in) :: v_1(6)
+      !> The same of the second node.
+      real(wp), intent(in) :: v_2(6)
       !> {stretch and slips [m], twist and bends [rad]}.
       real(wp), intent(out) :: g(6)
       !> Row after row, each with the velocities of node 1 and of node 2: (12, 6).
