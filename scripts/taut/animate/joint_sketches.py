@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 
 from taut import style
 from taut.animate.solids import box, cylinder, normal
+from taut.bootstrap import ROOT
 from taut.results import Array
 
 CARRIED, FREE, DARK = "#D55E00", "#009E73", "#374151"
@@ -312,6 +313,6 @@ def draw_all(folder: Path) -> list[Path]:
 
 def main() -> int:
     """Draws all sketches into the folder of the documents."""
-    for path in draw_all(Path(__file__).parents[2] / "cases/mechanism/joints"):
+    for path in draw_all(ROOT / "cases" / "mechanism" / "joints"):
         print(path)
     return 0
