@@ -54,19 +54,6 @@ def read(path: Path) -> f90nml.Namelist:
     return parse(text, str(path))
 
 
-def read_groups(path: Path) -> list[tuple[str, dict[str, Any]]]:
-    """Returns the groups of a case file with their entries; an array that begins later has None before."""
-    found = []
-    for name, group in read(path).items():
-        for one in group if isinstance(group, list) else [group]:
-            entries = dict(one)
-            for entry, first in one.start_index.items():
-                if first and first[0] and first[0] > 1:
-                    entries[entry] = [None] * (first[0] - 1) + entries[entry]
-            found.append((name, entries))
-    return found
-
-
 class Template:
     """A case file with blanks: comments are left out, so that they make no difference."""
 

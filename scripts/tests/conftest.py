@@ -8,7 +8,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
 import pytest
+from animate_cases import HANGING, PENDULUM, made
 from processes import adopting_orphans
 from slurm_cluster import Cluster, NoSlurmError, running_cluster
 from sweep_runs import SCRIPT, Begin, Sweep
@@ -49,6 +51,11 @@ def pendulum() -> Path:
 @pytest.fixture(scope="session")
 def swing() -> Path:
     return built("swing")
+
+
+@pytest.fixture(scope="session")
+def mechanism() -> Path:
+    return built("mechanism")
 
 
 @pytest.fixture(scope="session")
@@ -160,3 +167,24 @@ def begin(sweep_environment: dict[str, str], tmp_path: Path) -> Iterator[Begin]:
 
     with adopting_orphans(), contextlib.ExitStack() as stack:
         yield command
+
+
+@pytest.fixture
+def drawn_modes(mechanism: Path, tmp_path: Path) -> Path:
+    """A folder with a hanging pendulum, its made up mode of 0.5 Hz and the case that asks for it."""
+    folder = made(mechanism, tmp_path, '&analysis kind = "modes" /\n' + HANGING)
+    (folder / "equilibrium.csv").write_text(f"name,value\nrod.x,0\nrod.y,-0.5\nrod.angle,{-np.pi / 2}\n")
+    (folder / "modes.csv").write_text("mode,frequency,growth,rod.vx,rod.vy,rod.wz\n1,0.5,0,0.5,0,1\n")
+    return tmp_path
+
+
+@pytest.fixture
+def drawn_pendulum(mechanism: Path, tmp_path: Path) -> Path:
+    """A folder with a pendulum that turns at 2 rad/s, as made up results."""
+    folder = made(mechanism, tmp_path, PENDULUM)
+    rows = ["t,rod.x,rod.y,rod.angle,hinge.fx,hinge.fy,energy"]
+    for t in np.linspace(0, 2, 41):
+        rows.append(f"{t},{0.5 * np.cos(2 * t)},{0.5 * np.sin(2 * t)},{2 * t},{np.sin(t)},1.0,0.0")
+    (folder / "present.csv").write_text("\n".join(rows) + "\n")
+    (folder / "summary.csv").write_text("case,method,status\ncase,present,reached-end\n")
+    return tmp_path

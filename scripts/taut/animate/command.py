@@ -3,6 +3,7 @@
 import argparse
 import shutil
 import sys
+import zlib
 from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
@@ -14,16 +15,14 @@ from matplotlib.figure import Figure
 
 from taut import style
 from taut.animate import gallery
-from taut.animate.mechanism import Mechanism, read_mechanism
+from taut.animate.geometry import FILE, Mechanism, read_geometry
 from taut.animate.motion import Motion, of_mode, of_run
 from taut.animate.pictures import Shown, curves, frames, still
-from taut.animate.scene import Look, anchor_of
-from taut.bootstrap import ROOT
+from taut.animate.scene import Look
 from taut.errors import TautError
 from taut.gif import write_gif
-from taut.results import Results, Run, read_run
+from taut.results import Results, Run, read_run, read_table
 
-CASES = ROOT / "cases" / "mechanism"
 # Frames a second, and how long an animation lasts at least and at most unless it is said.
 RATE, SHORT, LONG = 20, 3.0, 10.0
 
@@ -107,7 +106,7 @@ def main(arguments: list[str] | None = None) -> int:
         made.error("give a case file, or --gallery")
     style.use()
     try:
-        for path in gallery.make(CASES, Results(chosen.results)) if chosen.gallery else draw(chosen):
+        for path in gallery.make(Results(chosen.results)) if chosen.gallery else draw(chosen):
             print(path)
     except (TautError, OSError) as error:
         print(f"animate: {error}", file=sys.stderr)
@@ -117,18 +116,19 @@ def main(arguments: list[str] | None = None) -> int:
 
 def draw(chosen: argparse.Namespace) -> list[Path]:
     """Draws one case."""
-    mechanism = read_mechanism(chosen.case)
+    if chosen.result and not chosen.result.is_file():
+        raise TautError(f"{chosen.result} is missing: {remedy(chosen)}")
+    folder = chosen.result.parent if chosen.result else chosen.results / chosen.case.stem
+    mechanism = read_geometry(folder / FILE, remedy(chosen))
+    check_case(chosen, mechanism, folder)
     check_options(chosen, mechanism)
     figures = chosen.results / "figures"
     run = None
     if mechanism.static:
-        file = chosen.results / mechanism.name / "equilibrium.csv"
-        check_run_before(chosen, file)
         first = 1 if mechanism.kind == "modes" else 0
-        motion = of_mode(mechanism, file.parent, first if chosen.mode is None else chosen.mode)
+        motion = of_mode(mechanism, folder, first if chosen.mode is None else chosen.mode)
     else:
-        check_run_before(chosen, chosen.result or chosen.results / mechanism.name / "summary.csv")
-        run = read_run(chosen.result or first_result(mechanism, chosen.results))
+        run = read_run(chosen.result or first_result(folder, remedy(chosen)), remedy=remedy(chosen))
         check_columns(run, [*chosen.plot, *chosen.below])
     if chosen.plot:
         path = chosen.out or figures / f"{mechanism.name}_plot.png"
@@ -143,7 +143,7 @@ def draw(chosen: argparse.Namespace) -> list[Path]:
         window=tuple(chosen.window) if chosen.window else None,
     )
     for name in look.traces or ():
-        anchor_of(mechanism, name)
+        mechanism.anchor(name)
     shown = Shown(mechanism, motion, look)
     if chosen.still:
         path = Path(chosen.still[-1])
@@ -178,13 +178,24 @@ def check_options(chosen: argparse.Namespace, mechanism: Mechanism) -> None:
         raise TautError(f"--mode {chosen.mode}: {chosen.case} is a motion over time, without modes")
 
 
-def check_run_before(chosen: argparse.Namespace, file: Path) -> None:
-    """Complains of results that are missing, and says how to get them."""
-    if not file.is_file():
-        raise TautError(
-            f"{file} is missing: run `fpm run mechanism --profile release -- {chosen.case}` first, "
-            "or name the folder of its results with --results"
-        )
+def remedy(chosen: argparse.Namespace) -> str:
+    """Returns how to get results that are missing."""
+    return (
+        f"run `fpm run mechanism --profile release -- {chosen.case}` first, "
+        "or name the folder of its results with --results"
+    )
+
+
+def check_case(chosen: argparse.Namespace, mechanism: Mechanism, folder: Path) -> None:
+    """Refuses results of another case; says so if the case file has changed since its run."""
+    if zlib.crc32(chosen.case.read_bytes()) == mechanism.checksum:
+        return
+    if mechanism.name != chosen.case.stem:
+        raise TautError(f"{folder} has the results of another case, {mechanism.name}: {remedy(chosen)}")
+    print(
+        f"animate: {chosen.case} has changed since the run in {folder}, which is what is drawn",
+        file=sys.stderr,
+    )
 
 
 def time_of_still(still: list[str], shown: Shown) -> float:
@@ -214,10 +225,10 @@ def check_columns(run: Run, names: list[str]) -> None:
             raise TautError(f"{run.path}: no column '{name}'; there are {', '.join(alike)} and others")
 
 
-def first_result(mechanism: Mechanism, results: Path) -> Path:
+def first_result(folder: Path, remedy: str) -> Path:
     """Returns the table of a case's first method."""
-    case = Results(results).case(mechanism.name)
-    return case.folder / f"{case.methods[0]}.csv"
+    summary = read_table(folder / "summary.csv", remedy=remedy)
+    return folder / f"{summary.column('method')[0]}.csv"
 
 
 def animation(chosen: argparse.Namespace, shown: Shown, run: Run | None, path: Path) -> list[Path]:

@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from taut import style
-from taut.animate.mechanism import read_mechanism
+from taut.animate.geometry import FILE, read_geometry
 from taut.animate.motion import of_mode, of_run
 from taut.animate.pictures import Shown, draw_still, still
 from taut.animate.scene import Look
-from taut.results import Results
+from taut.results import REPRODUCE, Results
 
 CELL, COLUMNS = (4.0, 3.1), 4
 
@@ -49,9 +49,9 @@ RECIPES = (
 )
 
 
-def shown(recipe: Recipe, cases: Path, results: Results) -> Shown:
-    """Reads a case and its results."""
-    mechanism = read_mechanism(cases / f"{recipe.case}.nml")
+def shown(recipe: Recipe, results: Results) -> Shown:
+    """Reads the results of a case."""
+    mechanism = read_geometry(results.root / recipe.case / FILE, REPRODUCE)
     if mechanism.static:
         motion = of_mode(mechanism, results.root / recipe.case, recipe.mode)
     else:
@@ -60,7 +60,7 @@ def shown(recipe: Recipe, cases: Path, results: Results) -> Shown:
     return Shown(mechanism, motion, recipe.look, recipe.title)
 
 
-def make(cases: Path, results: Results) -> list[Path]:
+def make(results: Results) -> list[Path]:
     """Writes a picture of each case and the sheet."""
     style.use()
     folder = results.root / "figures" / "gallery"
@@ -70,7 +70,7 @@ def make(cases: Path, results: Results) -> list[Path]:
     sheet = plt.figure(figsize=size)
     paths = []
     for i, recipe in enumerate(RECIPES):
-        one = shown(recipe, cases, results)
+        one = shown(recipe, results)
         figure = still(one, recipe.time, recipe.strobe)
         paths.append(save(figure, folder / f"{recipe.case}.png", 120))
         row, column = divmod(i, COLUMNS)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taut.animate.mechanism import GROUND
+from taut.animate.geometry import GROUND
 from taut.animate.motion import Motion
 from taut.results import Array
 from taut.view import View

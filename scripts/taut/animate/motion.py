@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from taut.animate.mechanism import GROUND, Anchor, Mechanism
+from taut.animate.geometry import GROUND, Anchor, Mechanism
 from taut.errors import TautError
 from taut.results import Array, Run, read_run, read_table
 
@@ -26,10 +26,15 @@ class Motion:
 
     def point(self, anchor: Anchor) -> Array:
         """Returns the path of a point: (n, 3)."""
-        at = np.zeros(3) if anchor.at is None else anchor.at
         if anchor.body == GROUND:
-            return np.broadcast_to(at, (len(self.times), 3))
-        return self.positions[anchor.body] + self.rotations[anchor.body] @ at
+            return np.broadcast_to(anchor.at, (len(self.times), 3))
+        return self.positions[anchor.body] + self.rotations[anchor.body] @ anchor.at
+
+    def direction(self, body: str, axis: Array) -> Array:
+        """Returns a direction of a body, given in its axes, in space: (n, 3)."""
+        if body == GROUND:
+            return np.broadcast_to(axis, (len(self.times), 3))
+        return self.rotations[body] @ axis
 
     def at(self, times: Array) -> "Motion":
         """Returns the motion at other times, between those that there are."""

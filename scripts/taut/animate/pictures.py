@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from taut import style
-from taut.animate.mechanism import Mechanism
+from taut.animate.geometry import Mechanism
 from taut.animate.motion import Motion
 from taut.animate.scene import Look, Scene
 from taut.gif import cursor

@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection
 
 from taut import style
 from taut.animate import solids
-from taut.animate.mechanism import GROUND, Anchor, Body, Mechanism
+from taut.animate.geometry import GROUND, Anchor, Body, Link, Mechanism
 from taut.animate.moment import Moment
 from taut.animate.motion import Motion
 from taut.animate.parts import (
@@ -27,7 +27,6 @@ from taut.animate.parts import (
     shade,
 )
 from taut.animate.symbols import contact, joint_parts, supports
-from taut.errors import TautError
 from taut.results import Array
 from taut.view import View
 
@@ -104,16 +103,22 @@ class Scene:
                 part.move(at)
         self.parts = body_parts(self.canvas, mechanism, colors)
         for joint in mechanism.joints:
-            # A pin is a ring where its axis is along the view.
-            ring = self.flat and (abs(joint.axis @ self.view.out) > 0.99 or not joint.axis.any())
-            self.parts += joint_parts(self.canvas, mechanism, motion, joint, ring)
+            self.parts += joint_parts(self.canvas, mechanism, motion, joint, self._is_ring(joint))
         for spring in mechanism.springs:
-            self.parts.append(Between(self.canvas, spring.bodies, spring.points, spring.type))
+            if spring.type != "torsion":
+                self.parts.append(Between(self.canvas, spring.bodies, spring.points, spring.type))
         self.parts += supports(self.canvas, mechanism, motion, self.view)
         self._points(look, colors)
         self._traces(look)
         axes.set_aspect("equal")
         axes.axis("off")
+
+    def _is_ring(self, joint: Link) -> bool:
+        """Tells whether a pin is seen along its axis, as a ring."""
+        if joint.axes is None:
+            return self.flat
+        axis = self.motion.direction(joint.bodies[0], joint.axes[0])[0]
+        return self.flat and abs(axis @ self.view.out) > 0.99
 
     def _points(self, look: Look, colors: dict[str, str]) -> None:
         """Marks points and writes names."""
@@ -140,12 +145,8 @@ class Scene:
     def _traces(self, look: Look) -> None:
         """Draws the paths of points, which grow with time."""
         names = tuple(self.mechanism.points) if look.traces is None else look.traces
-        paths = [self.fine.point(anchor_of(self.mechanism, name)) for name in names]
-        paths += [
-            contact(self.mechanism, self.fine, joint)
-            for joint in self.mechanism.joints
-            if joint.type == "rolling"
-        ]
+        paths = [self.fine.point(self.mechanism.anchor(name)) for name in names]
+        paths += [contact(self.fine, joint) for joint in self.mechanism.joints if joint.type == "rolling"]
         self.traces = []
         for i, path in enumerate(paths):
             color = TRACE[i % len(TRACE)]
@@ -168,18 +169,6 @@ class Scene:
 TRACE = ("#b3261e", "#1b7f5c", "#5b4a9e", "#a15c00", "#006d8f", "#8a2f62", "#4d5b1a")
 
 
-def anchor_of(mechanism: Mechanism, name: str) -> Anchor:
-    """Returns a point, a body or the point of a joint."""
-    for joint in mechanism.joints:
-        if joint.name == name and name not in mechanism.anchors:
-            return Anchor(joint.bodies[1], joint.points[1])
-    try:
-        return mechanism.anchor(name)
-    except TautError:
-        known = ", ".join([*mechanism.anchors, *(joint.name for joint in mechanism.joints)][1:])
-        raise TautError(f"there is no body, point or joint '{name}'; there are {known}") from None
-
-
 def colors_of(mechanism: Mechanism) -> dict[str, str]:
     """Returns a color for each body; copies of one group share theirs if there are many bodies."""
     names = list(mechanism.bodies)
@@ -195,7 +184,7 @@ def ends_of(body: Body) -> Array:
     """Returns points of a body that show how far it goes, in its axes."""
     points = [np.zeros(3), *body.attached]
     if body.shape == "rod":
-        points += [np.array([side * body.size[0] / 2, 0, 0]) for side in (-1, 1)]
+        points += [side * body.size[0] / 2 * body.axis for side in (-1, 1)]
     elif body.shape in ("box", "cylinder", "sphere") or is_free(body):
         signs = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
         points += list(signs * body.size)
@@ -204,7 +193,7 @@ def ends_of(body: Body) -> Array:
 
 def is_free(body: Body) -> bool:
     """Tells whether only its inertia says what a body is: something is fixed to one place at most."""
-    if body.shape or body.size.max() == 0:
+    if body.shape != "inertia" or body.size.max() == 0:
         return False
     return len({tuple(np.round(at, 9)) for at in body.attached}) < 2
 
@@ -213,10 +202,8 @@ def outline(mechanism: Mechanism) -> list[Anchor]:
     """Returns the points that a picture must show."""
     found = [Anchor(name, at) for name, body in mechanism.bodies.items() for at in ends_of(body)]
     for link in [*mechanism.joints, *mechanism.springs]:
-        if link.type != "rolling":
-            found += [
-                Anchor(GROUND, at) for b, at in zip(link.bodies, link.points, strict=True) if b == GROUND
-            ]
+        if link.type not in ("rolling", "coordinate", "torsion"):
+            found += [anchor for anchor in link.anchors if anchor.body == GROUND]
     return found
 
 
@@ -260,7 +247,7 @@ def unit(direction: Array) -> Array:
 def floor_height(mechanism: Mechanism, corners: Array, up: Array) -> float:
     """Returns the height of the plane that something rolls on, or of one below everything."""
     for joint in mechanism.joints:
-        if joint.type == "rolling" and joint.axis @ up > 0.999:
+        if joint.type == "rolling" and joint.axes[0] @ up > 0.999:
             return float(joint.points[0] @ up)
     heights = corners @ up
     return float(heights.min() - 0.06 * np.ptp(corners, axis=0).max())
@@ -306,13 +293,13 @@ def one_body(canvas: Canvas, body: Body, color: str) -> list[Part]:
         size = max(3.6 * canvas.joint, 5.0)
         return [Dot(canvas, body.name, np.zeros(3), size, 1.2, color=color, markeredgecolor="white")]
     if body.shape == "rod":
-        half = np.array([body.size[0] / 2, 0, 0])
+        half = body.size[0] / 2 * body.axis
         width = max(canvas.bar, body.size[1] * canvas.meter)
         return [Bars(canvas, body.name, [np.array([-half, half])], color, min(width, 3 * canvas.bar))]
     if body.shape == "sphere":
         return [Ball(canvas, body.name, body.size[0] / 2, color)]
     if body.shape == "cylinder":
-        return round_parts(canvas, body.name, body.size[0] / 2, body.size[2], np.array([0, 0, 1.0]), color)
+        return round_parts(canvas, body.name, body.size[0] / 2, body.size[2], body.axis, color)
     if body.shape == "box":
         return [Solid(canvas, body.name, solids.box(body.size), color)]
     return general_body(canvas, body, color)

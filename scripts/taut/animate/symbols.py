@@ -6,7 +6,7 @@ from matplotlib.patches import Polygon
 
 from taut import style
 from taut.animate import solids
-from taut.animate.mechanism import GROUND, Anchor, Link, Mechanism
+from taut.animate.geometry import GROUND, Link, Mechanism
 from taut.animate.moment import Moment
 from taut.animate.motion import Motion
 from taut.animate.parts import Between, Canvas, Dot, Part, Segment, Solid
@@ -24,9 +24,9 @@ def joint_parts(canvas: Canvas, mechanism: Mechanism, motion: Motion, joint: Lin
     one, two = joint.bodies
     p, q = joint.points
     size = 2 * canvas.joint
-    axis = mechanism.pose(two)[1].T @ joint.axis
+    axis = joint.axes[1] if joint.axes else np.zeros(3)
     match joint.type:
-        case "revolute" if flat or abs(joint.axis).sum() == 0:
+        case "revolute" if flat:
             return [Dot(canvas, two, q, size, 2.0, **WHITE)]
         case "revolute":
             faces = solids.cylinder(0.85 * canvas.radius, 3.4 * canvas.radius, axis)
@@ -41,12 +41,12 @@ def joint_parts(canvas: Canvas, mechanism: Mechanism, motion: Motion, joint: Lin
         case "prismatic" | "cylindrical" | "in-line":
             return _sliding(canvas, mechanism, motion, joint, axis)
         case "universal":
-            arms = ((one, p, joint.axis), (two, q, joint.axis_2))
+            arms = ((one, p, joint.axes[0]), (two, q, joint.axes[1]))
             cross = [
                 Segment(
                     canvas,
                     body,
-                    at + np.outer([-2.2, 2.2], mechanism.pose(body)[1].T @ along) * canvas.radius,
+                    at + np.outer([-2.2, 2.2], along) * canvas.radius,
                     0.9,
                     linewidth=0.5 * canvas.bar,
                 )
@@ -54,12 +54,9 @@ def joint_parts(canvas: Canvas, mechanism: Mechanism, motion: Motion, joint: Lin
             ]
             return [*cross, Dot(canvas, two, q, 0.8 * size, 1.0, **WHITE)]
         case "rolling":
-            return [Contact(canvas, contact(mechanism, motion, joint))]
-        case "knife_edge":
-            edge = mechanism.pose(two)[1].T @ np.cross(mechanism.up, joint.axis)
-            if mechanism.planar:
-                edge = mechanism.pose(two)[1].T @ np.cross([0.0, 0.0, 1.0], joint.axis)
-            ends = q + np.outer([-2.5, 2.5], edge) * canvas.radius
+            return [Contact(canvas, contact(motion, joint))]
+        case "knife-edge":
+            ends = q + np.outer([-2.5, 2.5], joint.side) * canvas.radius
             return [Segment(canvas, two, ends, 1.0, linewidth=0.8 * canvas.bar)]
         case "fixed":
             return [Dot(canvas, two, q, size, 1.0, marker="s", **DARK)]
@@ -72,10 +69,9 @@ def _sliding(canvas: Canvas, mechanism: Mechanism, motion: Motion, joint: Link, 
     """Returns a rail as long as the travel and, unless the body shows itself, a block on it."""
     one, two = joint.bodies
     p, q = joint.points
-    rail_axis = mechanism.pose(one)[1].T @ joint.axis
-    paths = [motion.point(Anchor(body, at)) for body, at in ((one, p), (two, q))]
-    rotations = motion.rotations.get(one, np.broadcast_to(np.eye(3), (len(motion.times), 3, 3)))
-    travel = np.einsum("ni,nij,j->n", paths[1] - paths[0], rotations, rail_axis)
+    rail_axis = joint.axes[0]
+    paths = [motion.point(anchor) for anchor in joint.anchors]
+    travel = ((paths[1] - paths[0]) * motion.direction(one, rail_axis)).sum(axis=1)
     r = canvas.radius
     ends = p + np.outer([travel.min() - 4.5 * r, travel.max() + 4.5 * r], rail_axis)
     parts: list[Part] = []
@@ -153,13 +149,12 @@ class Support:
         """The ground does not move."""
 
 
-def contact(mechanism: Mechanism, motion: Motion, joint: Link) -> Array:
+def contact(motion: Motion, joint: Link) -> Array:
     """Returns the path of the point where a disc touches its plane: (n, 3)."""
-    body = joint.bodies[1]
-    axes = motion.rotations[body] @ (mechanism.pose(body)[1].T @ joint.axis_2)
-    down = axes * (axes @ joint.axis)[:, None] - joint.axis
+    normal, axes = joint.axes[0], motion.direction(joint.bodies[1], joint.axes[1])
+    down = axes * (axes @ normal)[:, None] - normal
     down = down / np.maximum(np.linalg.norm(down, axis=1), 1e-300)[:, None]
-    return motion.point(Anchor(body, joint.points[1])) + joint.radius * down
+    return motion.point(joint.anchors[1]) + joint.length * down
 
 
 class Contact:
@@ -181,7 +176,7 @@ def supports(canvas: Canvas, mechanism: Mechanism, motion: Motion, view: View) -
     for link in [*mechanism.joints, *mechanism.springs]:
         if GROUND not in link.bodies or link.type in ("prismatic", "cylindrical", "in-line", "planar"):
             continue
-        if link.type in ("rolling", "knife_edge", "coordinate"):
+        if link.type in ("rolling", "knife-edge", "coordinate", "torsion"):
             continue
         side = link.bodies.index(GROUND)
         at, other = link.points[side], link.bodies[1 - side]

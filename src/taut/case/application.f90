@@ -9,7 +9,7 @@ module taut_case_application
    use taut_case_help, only: case_help, case_reference
    use taut_case_kind, only: case_kind_t
    use taut_case_namelist_file, only: check_names, namelist_file_t
-   use taut_case_posix, only: catch_signals
+   use taut_case_posix, only: catch_signals, make_folder
    use taut_case_run, only: check_start, run_case, run_options_t
    use taut_case_settings, only: settings_t
    use taut_constrained_system, only: state_t
@@ -88,6 +88,9 @@ contains
          if (allocated(line%restart)) options%folder = folder_of(line%restart)
          associate (job => jobs(i))
             if (.not. line%quiet) call tell(files(i)%name, job%model%describe())
+            call make_folder(options%folder)
+            call kind%write_beside(files(i), job%model, options%folder, error)
+            if (failed()) return
             call run_case(files(i), job%model, job%start, job%settings, options, checkpoint, all_ended, interrupted, error)
          end associate
          if (failed()) return

@@ -15,6 +15,7 @@ module taut_case_kind
    contains
       procedure(declared_groups), deferred :: declare
       procedure(read_case), deferred :: read
+      procedure :: write_beside
    end type case_kind_t
 
    abstract interface
@@ -46,5 +47,23 @@ module taut_case_kind
          type(error_t), allocatable, intent(inout) :: error
       end subroutine read_case
    end interface
+
+contains
+
+   !> Writes what belongs to the results of a case besides what its methods give: nothing, unless a kind has something.
+   subroutine write_beside(self, file, model, folder, error)
+      !> The kind.
+      class(case_kind_t), intent(in) :: self
+      !> The case file, and its system.
+      type(namelist_file_t), intent(in) :: file
+      class(tabulated_system_t), intent(in) :: model
+      !> The folder of its results, which is there.
+      character(*), intent(in) :: folder
+      !> A file that cannot be written.
+      type(error_t), allocatable, intent(inout) :: error
+
+      associate (unused_kind => self, unused_file => file, unused_model => model, unused_folder => folder, unused_error => error)
+      end associate
+   end subroutine write_beside
 
 end module taut_case_kind

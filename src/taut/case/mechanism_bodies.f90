@@ -158,6 +158,10 @@ contains
          case default
             call raise(error, '', 'there is no shape "'//trim(shape)//'"', 'use "rod", "box", "sphere" or "cylinder"')
          end select
+         made%shape = shape(:len(made%shape))
+         made%size = size
+         if (shape == 'sphere') made%size = 2.0_wp*radius
+         if (shape == 'cylinder') made%size = [2.0_wp*radius, 2.0_wp*radius, length]
          ! Each is as a box of some size: m (b^2 + c^2)/12.
          do k = 1, 3
             made%j(k, k) = mass*(size(1 + mod(k, 3))**2 + size(1 + mod(k + 1, 3))**2)/12.0_wp

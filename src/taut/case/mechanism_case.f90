@@ -4,6 +4,7 @@ module taut_case_mechanism_case
    use taut_case_group, only: declared_t
    use taut_case_kind, only: case_kind_t
    use taut_case_mechanism, only: read_mechanism
+   use taut_case_mechanism_geometry, only: write_geometry
    use taut_case_mechanism_output, only: mechanism_output_t
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: declare_shared, settings_t
@@ -20,6 +21,7 @@ module taut_case_mechanism_case
    contains
       procedure :: declare
       procedure :: read => read_case
+      procedure :: write_beside
    end type mechanism_case_t
 
 contains
@@ -60,5 +62,25 @@ contains
       call read_mechanism(file, own, start, settings, report, error)
       if (.not. allocated(error)) call move_alloc(own, model)
    end subroutine read_case
+
+   !> Where everything is, for pictures.
+   subroutine write_beside(self, file, model, folder, error)
+      !> The kind.
+      class(mechanism_case_t), intent(in) :: self
+      !> The case file, and its mechanism.
+      type(namelist_file_t), intent(in) :: file
+      class(tabulated_system_t), intent(in) :: model
+      !> The folder of its results.
+      character(*), intent(in) :: folder
+      !> A file that cannot be written.
+      type(error_t), allocatable, intent(inout) :: error
+
+      associate (unused_kind => self)
+      end associate
+      select type (model)
+      type is (mechanism_t)
+         call write_geometry(file, model, 'dynamics', folder, error)
+      end select
+   end subroutine write_beside
 
 end module taut_case_mechanism_case

@@ -5,6 +5,7 @@ module taut_case_mechanism_static
    use taut_error, only: error_t, raise, to_text
    use taut_case_command_line, only: command_line_t, read_command_line
    use taut_case_csv, only: csv_t, number_text
+   use taut_case_mechanism_geometry, only: write_geometry
    use taut_case_mechanism, only: analysis_t, read_analysis, read_mechanism
    use taut_case_namelist_file, only: check_names, namelist_file_t
    use taut_case_posix, only: make_folder
@@ -121,6 +122,8 @@ contains
       integer :: i, j, shown
 
       call make_folder(out//'/'//file%name)
+      call write_geometry(file, case%model, case%analysis%kind, out//'/'//file%name, error)
+      if (allocated(error)) return
       call table%create(out//'/'//file%name//'/equilibrium.csv', error)
       if (.not. allocated(error)) call table%put('name,value', error)
       do i = 1, case%model%n_x

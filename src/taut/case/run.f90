@@ -7,7 +7,7 @@ module taut_case_run
    use taut_case_checkpoint, only: checkpoint_file, store_origin, watch_t, write_checkpoint
    use taut_case_csv, only: csv_t, number_text
    use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_posix, only: caught_signal, make_folder, remove_file
+   use taut_case_posix, only: caught_signal, remove_file
    use taut_case_recorder, only: recorder_t
    use taut_case_settings, only: settings_t, method_entry_t
    use taut_constrained_model_events, only: model_events_t
@@ -138,7 +138,6 @@ contains
       logical :: there
 
       interrupted = .false.
-      call make_folder(options%folder)
       if (.not. checkpoint%reading) call write_quantities(options%folder//'/model.csv', model%quantities(), error)
       if (allocated(error)) return
       progress%rows = ''
