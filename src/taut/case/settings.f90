@@ -107,7 +107,8 @@ contains
          call entries%item('max_step', o%max_step, 's', 'longest step', above=0.0_wp)
          call entries%item('max_steps', o%max_steps, 'a run that needs more steps, rejected ones included, ends', least=1)
          call entries%item('integrator', o%integrator, 'formulas of a step: "dopri5", the paper''s, of order 5; '// &
-                           '"dop853", of order 8, for errors of 1e-7 and below', integrator_names)
+                           '"dop853", of order 8, for errors of 1e-7 and below; "radau", implicit, for stiff systems', &
+                           integrator_names)
          call entries%item('step_control', o%step_control, 'how steps are chosen; "fixed": all of first_step; '// &
                            '"odepkg-2009": the test behind the paper''s numbers, not for use', &
                            [character(len=16) :: 'standard', 'fixed', 'odepkg-2009'])
