@@ -13,13 +13,38 @@ module taut_rotation
    public :: quaternion_of_vector, vector_of_quaternion, matrix_of_quaternion, quaternion_of_matrix, quaternion_of_axes
    public :: rotate, rotate_back
 
+   ! Generic: jets have the same (`taut_jet`).
+   interface cross
+      module procedure :: real_cross
+   end interface cross
+
+   interface quaternion_product
+      module procedure :: real_quaternion_product
+   end interface quaternion_product
+
+   interface quaternion_conjugate
+      module procedure :: real_quaternion_conjugate
+   end interface quaternion_conjugate
+
+   interface quaternion_rate
+      module procedure :: real_quaternion_rate
+   end interface quaternion_rate
+
+   interface rotate
+      module procedure :: real_rotate
+   end interface rotate
+
+   interface rotate_back
+      module procedure :: real_rotate_back
+   end interface rotate_back
+
    !> Angle [rad] below which coefficients that suffer from cancellation are had from their series.
    real(wp), parameter :: small_angle = 0.3_wp
 
 contains
 
    !> a x b.
-   pure function cross(a, b) result(c)
+   pure function real_cross(a, b) result(c)
       !> The first vector.
       real(wp), intent(in) :: a(3)
       !> The second vector.
@@ -30,7 +55,7 @@ contains
       c(1) = a(2)*b(3) - a(3)*b(2)
       c(2) = a(3)*b(1) - a(1)*b(3)
       c(3) = a(1)*b(2) - a(2)*b(1)
-   end function cross
+   end function real_cross
 
    !> The matrix (a x), with (a x) b = a x b.
    pure function skew(a) result(s)
@@ -131,7 +156,7 @@ contains
    end function right_tangent_inverse
 
    !> p q: first q, then p.
-   pure function quaternion_product(p, q) result(r)
+   pure function real_quaternion_product(p, q) result(r)
       !> The first quaternion.
       real(wp), intent(in) :: p(4)
       !> The second quaternion.
@@ -143,20 +168,20 @@ contains
       r(2) = p(1)*q(2) + p(2)*q(1) + p(3)*q(4) - p(4)*q(3)
       r(3) = p(1)*q(3) + p(3)*q(1) + p(4)*q(2) - p(2)*q(4)
       r(4) = p(1)*q(4) + p(4)*q(1) + p(2)*q(3) - p(3)*q(2)
-   end function quaternion_product
+   end function real_quaternion_product
 
    !> The inverse rotation.
-   pure function quaternion_conjugate(q) result(r)
+   pure function real_quaternion_conjugate(q) result(r)
       !> A quaternion.
       real(wp), intent(in) :: q(4)
       !> {q0, -q}.
       real(wp) :: r(4)
 
       r = [q(1), -q(2), -q(3), -q(4)]
-   end function quaternion_conjugate
+   end function real_quaternion_conjugate
 
    !> qdot = q {0, W}/2.
-   pure function quaternion_rate(q, w) result(rate)
+   pure function real_quaternion_rate(q, w) result(rate)
       !> Unit quaternion.
       real(wp), intent(in) :: q(4)
       !> Angular velocity in body axes [rad/s].
@@ -165,7 +190,7 @@ contains
       real(wp) :: rate(4)
 
       rate = 0.5_wp*quaternion_product(q, [0.0_wp, w])
-   end function quaternion_rate
+   end function real_quaternion_rate
 
    !> W of a rate of q: the vector part of 2 q* qdot.
    pure function quaternion_body_rate(q, rate) result(w)
@@ -294,7 +319,7 @@ contains
    end function quaternion_of_axes
 
    !> R v: from body to global axes.
-   pure function rotate(q, v) result(u)
+   pure function real_rotate(q, v) result(u)
       !> Unit quaternion.
       real(wp), intent(in) :: q(4)
       !> Components in body axes.
@@ -305,10 +330,10 @@ contains
 
       c = 2.0_wp*cross(q(2:4), v)
       u = v + q(1)*c + cross(q(2:4), c)
-   end function rotate
+   end function real_rotate
 
    !> R^T v: from global to body axes.
-   pure function rotate_back(q, v) result(u)
+   pure function real_rotate_back(q, v) result(u)
       !> Unit quaternion.
       real(wp), intent(in) :: q(4)
       !> Components in global axes.
@@ -319,6 +344,6 @@ contains
 
       c = 2.0_wp*cross(q(2:4), v)
       u = v - q(1)*c + cross(q(2:4), c)
-   end function rotate_back
+   end function real_rotate_back
 
 end module taut_rotation
