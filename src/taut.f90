@@ -16,6 +16,11 @@
 module taut
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
+   use taut_jet, only: jet_t, jet, operator(+), operator(-), operator(*), operator(/), operator(**), assignment(=), &
+                       operator(==), operator(/=), operator(<), operator(<=), operator(>), operator(>=), &
+                       abs, acos, asin, atan, atan2, cos, cosh, exp, hypot, log, max, min, sign, sin, sinh, sqrt, tan, tanh, &
+                       cross, distance, dot_product, matmul, norm2, sum, &
+                       quaternion_conjugate, quaternion_product, quaternion_rate, rotate, rotate_back
    use taut_error, only: error_t, raise
    use taut_version, only: version
    use taut_linalg_block_diagonal, only: block_diagonal_t
@@ -34,6 +39,7 @@ module taut
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system_automatic, only: automatic_system_t
    use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
    use taut_constrained_method_options, only: method_t, method_names
    use taut_constrained_projection, only: projector_t
@@ -50,14 +56,26 @@ module taut
    use taut_model_beam, only: beam_t, new_beam, straight_nodes
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
    use taut_model_modal_body, only: modal_body_t, new_modal_body
+   use taut_model_posed_system, only: posed_system_t
    use taut_model_rigid_bodies, only: new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
+   use taut_rotation, only: cross, exp_rotation, log_rotation, matrix_of_quaternion, quaternion_body_rate, quaternion_conjugate, &
+                            quaternion_normalized, quaternion_of_axes, quaternion_of_matrix, quaternion_of_vector, &
+                            quaternion_product, quaternion_rate, right_tangent, right_tangent_inverse, rotate, rotate_back, skew, &
+                            vector_of_quaternion
    implicit none (type, external)
    private
    public :: beam_t, new_beam, straight_nodes, beam_section_t, new_section, rectangular_section
    public :: chain_t, new_chain
-   public :: modal_body_t, new_modal_body, new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
+   public :: posed_system_t, modal_body_t, new_modal_body, new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
+   public :: jet_t, jet, operator(+), operator(-), operator(*), operator(/), operator(**), assignment(=)
+   public :: operator(==), operator(/=), operator(<), operator(<=), operator(>), operator(>=)
+   public :: abs, acos, asin, atan, atan2, cos, cosh, exp, hypot, log, max, min, sign, sin, sinh, sqrt, tan, tanh
+   public :: cross, distance, dot_product, matmul, norm2, sum
+   public :: skew, exp_rotation, log_rotation, right_tangent, right_tangent_inverse, rotate, rotate_back
+   public :: quaternion_product, quaternion_conjugate, quaternion_rate, quaternion_body_rate, quaternion_normalized
+   public :: quaternion_of_vector, vector_of_quaternion, matrix_of_quaternion, quaternion_of_matrix, quaternion_of_axes
    public :: wp, error_t, raise, version
-   public :: mechanical_system_t, tabulated_system_t, state_t, quantity_t, block_diagonal_t
+   public :: automatic_system_t, mechanical_system_t, tabulated_system_t, state_t, quantity_t, block_diagonal_t
    public :: new_ritz, ritz_t
    public :: simulation_t, archive_t, pause_t
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t

@@ -6,9 +6,10 @@
 !! gamma, Phi, delta, Omega, epsilon; lengths in m, masses in kg, moments of inertia in kg m^2.
 module squeezer
    use taut, only: block_diagonal_t, mechanical_system_t, state_t, wp
+   use taut_jet
    implicit none (type, external)
    private
-   public :: squeezer_t, new_squeezer, squeezer_start, end_angles, end_velocities
+   public :: squeezer_t, new_squeezer, squeezer_start, loops, end_angles, end_velocities
 
    real(wp), parameter :: m1 = 0.04325_wp, m2 = 0.00365_wp, m3 = 0.02373_wp, m4 = 0.00706_wp, m5 = 0.07050_wp, m6 = 0.00706_wp, &
                           m7 = 0.05498_wp
@@ -133,6 +134,22 @@ contains
       associate (unused_system => self)
       end associate
    end subroutine constraint
+
+   !> The same with jets.
+   pure subroutine loops(x, value)
+      type(jet_t), intent(in) :: x(:)
+      type(jet_t), intent(out) :: value(:)
+      type(jet_t) :: x_e, y_e
+
+      x_e = rr*cos(x(1)) - d*cos(x(1) + x(2))
+      y_e = rr*sin(x(1)) - d*sin(x(1) + x(2))
+      value(1) = x_e - ss*sin(x(3)) - xb
+      value(2) = y_e + ss*cos(x(3)) - yb
+      value(3) = x_e - e*sin(x(4) + x(5)) - zt*cos(x(5)) - xa
+      value(4) = y_e + e*cos(x(4) + x(5)) - zt*sin(x(5)) - ya
+      value(5) = x_e - zf*cos(x(6) + x(7)) - u*sin(x(7)) - xa
+      value(6) = y_e - zf*sin(x(6) + x(7)) + u*cos(x(7)) - ya
+   end subroutine loops
 
    !> A.
    subroutine jacobian(self, at, a)

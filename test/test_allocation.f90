@@ -2,7 +2,9 @@
 module test_allocation
    use, intrinsic :: iso_fortran_env, only: int64
    use allocation_counter, only: allocations
+   use automatic_systems, only: borrowed_t, without_derivatives
    use beams, only: hung_beam
+   use squeezer, only: new_squeezer, squeezer_start
    use systems, only: new_compound, new_coupler, new_particle, sleigh
    use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, method_names, method_t, state_t, wp
@@ -35,7 +37,8 @@ contains
                new_test('no solver allocates inside a step', solvers_do_not_allocate), &
                new_test('no kind of system allocates inside a step', systems_do_not_allocate), &
                new_test('no part of a mechanism allocates', mechanisms_do_not_allocate), &
-               new_test('no rigid or modal body allocates', bodies_do_not_allocate)]
+               new_test('no rigid or modal body allocates', bodies_do_not_allocate), &
+               new_test('no system without derivatives allocates', automatic_systems_do_not_allocate)]
    end function collect_allocation
 
    subroutine counter_counts(failure)
@@ -138,6 +141,42 @@ contains
          call compare_runs('chain, '//trim(solver_names(i)), chain, at%x, at%v, method, failure)
       end do
    end subroutine solvers_do_not_allocate
+
+   subroutine automatic_systems_do_not_allocate(failure)
+      character(:), allocatable, intent(inout) :: failure
+      class(borrowed_t), allocatable :: model
+      type(chain_t) :: chain
+      type(method_t) :: method
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+
+      call new_chain(chain, 9, 1.0_wp, 1.0_wp, 9.81_wp, error)
+      call chain%start(0.3_wp, at)
+      model = without_derivatives(chain)
+      call compare_runs('chain', model, at%x, at%v, method, failure)
+      call model%find_structure(at)
+      call compare_runs('chain of known structure', model, at%x, at%v, method, failure)
+      model = without_derivatives(new_squeezer())
+      at = squeezer_start()
+      call count_short(model, at)
+      call model%find_structure(at)
+      call count_short(model, at)
+
+   contains
+
+      !> The squeezer takes many steps in a short time.
+      subroutine count_short(model, at)
+         class(mechanical_system_t), intent(in) :: model
+         type(state_t), intent(in) :: at
+         integer(int64) :: few, many
+         integer :: steps_few, steps_many
+
+         call count_run(model, at%x, at%v, method, 0.002_wp, few, steps_few, failure)
+         call count_run(model, at%x, at%v, method, 0.02_wp, many, steps_many, failure)
+         call check(failure, steps_many > 3*steps_few .and. many == few, 'squeezer: more allocations for more steps')
+      end subroutine count_short
+
+   end subroutine automatic_systems_do_not_allocate
 
    subroutine systems_do_not_allocate(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -3,10 +3,12 @@ program tester
    use, intrinsic :: iso_fortran_env, only: output_unit
    use testing, only: outcome_t, run_suite
    use test_allocation, only: collect_allocation
+   use test_automatic, only: collect_automatic
    use test_case, only: collect_case
    use test_linalg, only: collect_linalg
    use test_constrained, only: collect_constrained
    use test_helicopter, only: collect_helicopter
+   use test_jet, only: collect_jet
    use test_helicopter_motion, only: collect_helicopter_motion
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
@@ -55,6 +57,8 @@ program tester
    call run_suite('helicopter motion', collect_helicopter_motion(), trim(only), outcome)
    call run_suite('system', collect_system(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
+   call run_suite('jet', collect_jet(), trim(only), outcome)
+   call run_suite('automatic', collect_automatic(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('modal body', collect_modal_body(), trim(only), outcome)
    call run_suite('radau', collect_radau(), trim(only), outcome)

@@ -12,7 +12,7 @@ module taut_constrained_system
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
-   public :: state_t, mechanical_system_t, check_supplied
+   public :: state_t, mechanical_system_t, check_supplied, not_supplied, is_not_supplied, scatter_entries
 
    !> Where the system is: time, coordinates, velocities and what else it has.
    type :: state_t
@@ -81,6 +81,8 @@ module taut_constrained_system
       procedure :: energy => no_energy
       !> Times at which a load or a drive has a kink or a jump; by default none.
       procedure :: breakpoints => no_breakpoints
+      !> What only the system itself can say is wrong with it; by default nothing.
+      procedure :: check_at => nothing_wrong
    end type mechanical_system_t
 
    abstract interface
@@ -256,6 +258,30 @@ module taut_constrained_system
 
    ! Sizes and what is missing.
    interface
+      !> What only the system itself can say is wrong with it, its sizes and what it supplies apart; the default knows of nothing.
+      module subroutine nothing_wrong(self, at, error)
+         !> The system, its sizes checked.
+         class(mechanical_system_t), intent(in) :: self
+         !> A state where it may be evaluated.
+         type(state_t), intent(in) :: at
+         !> What is wrong.
+         type(error_t), allocatable, intent(inout) :: error
+      end subroutine nothing_wrong
+
+      !> Not a number, with bits of its own, that no calculation leaves behind: the answer of a procedure that is not supplied.
+      pure module function not_supplied() result(value)
+         !> A quiet NaN.
+         real(wp) :: value
+      end function not_supplied
+
+      !> Whether a number is `not_supplied`.
+      elemental module function is_not_supplied(value) result(answer)
+         !> The number.
+         real(wp), intent(in) :: value
+         !> Whether it is.
+         logical :: answer
+      end function is_not_supplied
+
       !> States the sizes of a system; to be called once, where the system is set up.
       pure module subroutine define(self, n, c, nonholonomic, n_x, n_w, mass_blocks, constant_mass)
          !> The system.

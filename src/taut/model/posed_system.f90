@@ -4,7 +4,8 @@ module taut_model_posed_system
    use taut_kinds, only: wp
    use taut_error, only: to_text
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_tables, only: tabulated_system_t
+   use taut_constrained_system_automatic, only: automatic_system_t
+   use taut_jet, only: jet_t, quaternion_rate
    use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity
    implicit none (type, external)
    private
@@ -28,7 +29,7 @@ module taut_model_posed_system
    end type alignment_t
 
    !> A system that begins with poses. An extension states its sizes with `define` and `poses`.
-   type, abstract, extends(tabulated_system_t) :: posed_system_t
+   type, abstract, extends(automatic_system_t) :: posed_system_t
       !> Number of poses.
       integer :: poses = 0
       !> Whether names in tables have the number of the pose.
@@ -36,6 +37,7 @@ module taut_model_posed_system
       type(marker_t), allocatable, private :: markers(:)
       type(alignment_t), allocatable, private :: alignments(:)
    contains
+      procedure :: kinematics
       procedure :: x_rate
       procedure :: v_of_x_rate
       procedure :: displace
@@ -53,6 +55,23 @@ module taut_model_posed_system
    end type posed_system_t
 
 contains
+
+   !> xdot as jets, for constraints that are given by `phi`.
+   subroutine kinematics(self, x, v, rate)
+      !> The system.
+      class(posed_system_t), intent(in) :: self
+      !> Coordinates (n_x) and velocities (n).
+      type(jet_t), intent(in) :: x(:), v(:)
+      !> xdot: (n_x).
+      type(jet_t), intent(out) :: rate(:)
+      integer :: i
+
+      do i = 1, self%poses
+         rate(7*i - 6:7*i - 4) = v(6*i - 5:6*i - 3)
+         rate(7*i - 3:7*i) = quaternion_rate(x(7*i - 3:7*i), v(6*i - 2:6*i))
+      end do
+      rate(7*self%poses + 1:) = v(6*self%poses + 1:)
+   end subroutine kinematics
 
    !> xdot: {v; q {0, W}/2} of each pose, and the velocities of the others.
    subroutine x_rate(self, at, u, value)

@@ -134,23 +134,24 @@ contains
    end procedure no_breakpoints
 
    !> Not a number, with bits of its own: no calculation leaves it behind.
-   pure function not_supplied() result(value)
-      !> A quiet NaN.
-      real(wp) :: value
+   module procedure not_supplied
       integer(int64) :: bits
 
       ! Not a named constant, of which the compiler would keep only that it is not a number.
       bits = mark
       value = transfer(bits, value)
-   end function not_supplied
+   end procedure not_supplied
 
    !> Whether a number is `not_supplied`.
-   elemental logical function is_not_supplied(value)
-      !> The number.
-      real(wp), intent(in) :: value
+   module procedure is_not_supplied
+      answer = transfer(value, mark) == mark
+   end procedure is_not_supplied
 
-      is_not_supplied = transfer(value, mark) == mark
-   end function is_not_supplied
+   !> What only the system itself can say is wrong with it; the default knows of nothing.
+   module procedure nothing_wrong
+      associate (unused_system => self, unused_state => at, unused_error => error)
+      end associate
+   end procedure nothing_wrong
 
    !> Whether the system supplies what its numbers of constraints ask for.
    module subroutine check_supplied(model, at, error)
@@ -160,6 +161,8 @@ contains
       integer, allocatable :: column(:), first(:)
       real(wp), allocatable :: a(:, :), b(:), entries(:), phi(:)
 
+      call model%check_at(at, error)
+      if (allocated(error)) return
       allocate (b(model%c), phi(model%n_phi), source=0.0_wp)
       call model%constraint(at, phi)
       call need('constraint', phi, error)

@@ -1,0 +1,668 @@
+!> Systems that need no derivatives: from phi(x, t) alone follow A, b' and b'', from a potential the force, from M(x, t) the forces
+!! of its changes. Functions are written with jets in the place of real numbers (see `taut_jet`), so what follows is exact.
+!!
+!! With xdot = H v, column j of A is the derivative of phi along xdot = H e_j, b' is -dphi/dt at constant x, and b'' is minus the
+!! second derivative of phi along the motion with vdot = 0, Eqs (6). Four columns are had at a time, and of a large system, once
+!! `find_structure` was called, as many as share no row.
+!!
+!! Whatever follows may still be written by hand, by overriding it: `jacobian`, `velocity_rhs`, `acceleration_rhs`, `force`, ...
+module taut_constrained_system_automatic
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_constrained_system, only: is_not_supplied, not_supplied, scatter_entries, state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
+   use taut_jet_number, only: jet, jet_t, point
+   use taut_linalg_block_diagonal, only: block_diagonal_t
+   implicit none (type, external)
+   private
+   public :: automatic_system_t
+
+   !> What is asked for of the constraints: their values, what belongs to time alone, what belongs to the motion at constant
+   !! velocities, the columns of A.
+   integer, parameter :: of_values = 1, of_time = 2, of_motion = 3, of_columns = 4
+   !> Directions of a jet.
+   integer, parameter :: directions = 4
+   !> Jets up to this many are on the stack, more are allocated; the compiler keeps what is larger than 64 kB in static memory.
+   integer, parameter :: most_on_stack = 1000
+
+   !> A system that says what its constraints are, and not their derivatives. An extension states its sizes with `define` and
+   !! supplies `phi` and, or, `nonholonomic`; M by `mass` or `masses`; f by `force`, `potential`, or both with `lagrange_force`.
+   type, abstract, extends(tabulated_system_t) :: automatic_system_t
+      !> Pattern of A, where `find_structure` found it, and whether it is worth it.
+      integer, allocatable, private :: first(:), column(:)
+      logical, private :: sparse = .false.
+      !> Number of the direction that a column of A is had from, four to a pass, and the number of passes; where the structure is
+      !! not known, that of the column.
+      integer, allocatable, private :: direction(:)
+      !> Coordinates of each pass, whose values are filled in: (n_x, passes); where xdot = v.
+      type(jet_t), allocatable, private :: seeds(:, :)
+      !> Whether phi may depend on time, and whether xdot = v is known.
+      logical, private :: rheonomic = .true., plain_rates = .false.
+   contains
+      !> phi(x, t) of the holonomic constraints, Eq. (5).
+      procedure :: phi => phi_not_supplied
+      !> A v - b' of the others, a function of x, v and t that is affine in v.
+      procedure :: nonholonomic => nonholonomic_not_supplied
+      !> xdot = H(x) v; by default v.
+      procedure :: kinematics => rates_are_velocities
+      !> Potential energy V(x, t), and M(x, t).
+      procedure :: potential => potential_not_supplied
+      procedure :: masses => masses_not_supplied
+      !> What follows from these.
+      procedure :: mass => mass_of_masses
+      procedure :: force => lagrange_force
+      procedure :: lagrange_force
+      procedure :: constraint
+      procedure :: jacobian
+      procedure :: pattern
+      procedure :: jacobian_entries
+      procedure :: velocity_rhs
+      procedure :: acceleration_rhs
+      procedure :: x_rate
+      procedure :: energy
+      procedure :: find_structure
+      procedure :: check_at
+      procedure, private :: carry
+      procedure, private :: passes
+   end type automatic_system_t
+
+   interface
+      !> Finds out, once and for all states, which coordinates each constraint depends on, whether time, and whether xdot = v: so
+      !! that columns of A which share no row are had together, and A is sparse if it is worth it. A constraint that takes another
+      !! branch elsewhere must not depend on more there.
+      module subroutine find_structure(self, at)
+         !> The system, its sizes stated.
+         class(automatic_system_t), intent(inout) :: self
+         !> A state where phi is defined.
+         type(state_t), intent(in) :: at
+      end subroutine find_structure
+
+      !> What only the system itself can say is wrong with it.
+      module subroutine check_at(self, at, error)
+         !> The system.
+         class(automatic_system_t), intent(in) :: self
+         !> A state where it may be evaluated.
+         type(state_t), intent(in) :: at
+         !> What is missing, or not what it has to be.
+         type(error_t), allocatable, intent(inout) :: error
+      end subroutine check_at
+   end interface
+
+contains
+
+   !> phi(x, t) of the holonomic constraints.
+   subroutine phi_not_supplied(self, x, t, value)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Coordinates (n_x), and time [s].
+      type(jet_t), intent(in) :: x(:), t
+      !> phi: (n_phi).
+      type(jet_t), intent(out) :: value(:)
+
+      value(:) = jet(not_supplied())
+      associate (unused_system => self, unused_coordinates => x, unused_time => t)
+      end associate
+   end subroutine phi_not_supplied
+
+   !> A v - b' of the constraints that are not holonomic; affine in v.
+   subroutine nonholonomic_not_supplied(self, x, v, t, value)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Coordinates (n_x), velocities (n), and time [s].
+      type(jet_t), intent(in) :: x(:), v(:), t
+      !> A v - b': (c - n_phi).
+      type(jet_t), intent(out) :: value(:)
+
+      value(:) = jet(not_supplied())
+      associate (unused_system => self, unused_coordinates => x, unused_velocities => v, unused_time => t)
+      end associate
+   end subroutine nonholonomic_not_supplied
+
+   !> xdot = H(x) v; by default H = I. An extension with another H supplies `v_of_x_rate`, `displace` and `normalize` too.
+   subroutine rates_are_velocities(self, x, v, rate)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Coordinates (n_x) and velocities (n).
+      type(jet_t), intent(in) :: x(:), v(:)
+      !> xdot: (n_x).
+      type(jet_t), intent(out) :: rate(:)
+
+      if (size(rate) == size(v)) then
+         rate(:) = v
+      else
+         rate(:) = jet(not_supplied())
+      end if
+      associate (unused_system => self, unused_coordinates => x)
+      end associate
+   end subroutine rates_are_velocities
+
+   !> Potential energy.
+   subroutine potential_not_supplied(self, x, t, value)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Coordinates (n_x), and time [s].
+      type(jet_t), intent(in) :: x(:), t
+      !> V [J].
+      type(jet_t), intent(out) :: value
+
+      value = jet(not_supplied())
+      associate (unused_system => self, unused_coordinates => x, unused_time => t)
+      end associate
+   end subroutine potential_not_supplied
+
+   !> The mass matrix.
+   subroutine masses_not_supplied(self, x, t, m)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Coordinates (n_x), and time [s].
+      type(jet_t), intent(in) :: x(:), t
+      !> M: (n, n), symmetric; zero on entry.
+      type(jet_t), intent(inout) :: m(:, :)
+
+      m(1, 1) = jet(not_supplied())
+      associate (unused_system => self, unused_coordinates => x, unused_time => t)
+      end associate
+   end subroutine masses_not_supplied
+
+   !> phi.
+   subroutine constraint(self, at, value)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> phi: (n_phi).
+      real(wp), intent(out) :: value(:)
+
+      call differentiate(self, at, of_values, value)
+   end subroutine constraint
+
+   !> A.
+   subroutine jacobian(self, at, a)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The constraint matrix: (c, n).
+      real(wp), intent(out) :: a(:, :)
+      integer, allocatable :: column(:), first(:)
+      real(wp) :: none(0)
+
+      ! A pattern of somebody else's, with its entries.
+      if (.not. self%sparse) call self%pattern(first, column)
+      if (allocated(first)) then
+         call scatter_entries(self, at, a)
+         return
+      end if
+      a(:, :) = 0.0_wp
+      call differentiate(self, at, of_columns, none, a)
+   end subroutine jacobian
+
+   !> Where entries of A can differ from zero, if `find_structure` found that it is worth it.
+   subroutine pattern(self, first, column)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> First entry of each row: (c + 1); column of each entry.
+      integer, allocatable, intent(out) :: first(:), column(:)
+
+      if (.not. self%sparse) return
+      first = self%first
+      column = self%column
+   end subroutine pattern
+
+   !> Those entries.
+   subroutine jacobian_entries(self, at, values)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> In the order of `pattern`.
+      real(wp), intent(out) :: values(:)
+
+      call differentiate(self, at, of_columns, values)
+   end subroutine jacobian_entries
+
+   !> b'.
+   subroutine velocity_rhs(self, at, value)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> b': (c).
+      real(wp), intent(out) :: value(:)
+
+      if (self%rheonomic) then
+         call differentiate(self, at, of_time, value)
+      else
+         value(:) = 0.0_wp
+      end if
+   end subroutine velocity_rhs
+
+   !> b''.
+   subroutine acceleration_rhs(self, at, value)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> b'': (c).
+      real(wp), intent(out) :: value(:)
+
+      call differentiate(self, at, of_motion, value)
+   end subroutine acceleration_rhs
+
+   !> What the constraints are asked for, with room for it.
+   subroutine differentiate(self, at, what, value, a)
+      class(automatic_system_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      integer, intent(in) :: what
+      real(wp), intent(inout) :: value(:)
+      real(wp), intent(inout), optional :: a(:, :)
+      type(jet_t) :: few(most_on_stack)
+      type(jet_t), allocatable :: many(:)
+      integer :: velocities
+
+      ! Velocities, and room for rates, are asked for where they are used.
+      velocities = 0
+      if (.not. self%plain_rates .or. self%n_phi < self%c) velocities = self%n
+      if (self%n_x + velocities + max(self%n_x, self%c) <= most_on_stack) then
+         call differentiate_in(self, at, what, self%n_x, velocities, max(self%n_x, self%c), few, few(self%n_x + 1:), &
+                               few(self%n_x + velocities + 1:), value, a)
+      else
+         allocate (many(self%n_x + velocities + max(self%n_x, self%c)))
+         call differentiate_in(self, at, what, self%n_x, velocities, max(self%n_x, self%c), many, many(self%n_x + 1:), &
+                               many(self%n_x + velocities + 1:), value, a)
+      end if
+   end subroutine differentiate
+
+   !> The same in the room that is given for coordinates, velocities, and rates or results.
+   subroutine differentiate_in(self, at, what, n_x, n_v, n_r, x, v, r, value, a)
+      class(automatic_system_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      integer, intent(in) :: what, n_x, n_v, n_r
+      type(jet_t), intent(inout) :: x(n_x), v(n_v), r(n_r)
+      real(wp), intent(inout) :: value(:)
+      real(wp), intent(inout), optional :: a(:, :)
+      type(jet_t) :: t
+      integer :: i, pass
+
+      t = still(at%t)
+      select case (what)
+      case (of_values)
+         do i = 1, n_x
+            x(i) = still(at%x(i))
+         end do
+         call self%phi(x, t, r(1:self%n_phi))
+         do i = 1, self%n_phi
+            value(i) = r(i)%v
+         end do
+      case (of_time)
+         do i = 1, n_x
+            x(i) = still(at%x(i))
+         end do
+         do i = 1, n_v
+            v(i) = still(0.0_wp)
+         end do
+         t%d1 = 1.0_wp
+         call evaluate(self, x, v, t, r)
+         do i = 1, self%n_phi
+            value(i) = -r(i)%d1
+         end do
+         do i = self%n_phi + 1, self%c
+            value(i) = -r(i)%v
+         end do
+      case (of_motion)
+         call set_moving(self, at, x, v, r)
+         t%d1 = 1.0_wp
+         call evaluate(self, x, v, t, r)
+         do i = 1, self%n_phi
+            value(i) = -r(i)%dd
+         end do
+         do i = self%n_phi + 1, self%c
+            value(i) = -r(i)%d1
+         end do
+      case default
+         do pass = 1, self%passes()
+            call set_columns(self, at, pass, x, v, r)
+            if (self%n_phi > 0) call self%phi(x, t, r(1:self%n_phi))
+            if (self%n_phi < self%c) then
+               ! These have the velocities' derivatives, and not the coordinates'.
+               do i = 1, n_x
+                  x(i) = still(at%x(i))
+               end do
+               call self%nonholonomic(x, v, t, r(self%n_phi + 1:self%c))
+            end if
+            call take_columns(self, directions*(pass - 1), r, value, a)
+         end do
+      end select
+   end subroutine differentiate_in
+
+   !> All constraints.
+   subroutine evaluate(self, x, v, t, r)
+      class(automatic_system_t), intent(in) :: self
+      type(jet_t), intent(in) :: x(:), v(:), t
+      type(jet_t), intent(inout) :: r(:)
+
+      if (self%n_phi > 0) call self%phi(x, t, r(1:self%n_phi))
+      if (self%n_phi < self%c) call self%nonholonomic(x, v, t, r(self%n_phi + 1:self%c))
+   end subroutine evaluate
+
+   !> Coordinates along the motion with vdot = 0: {x, H v, (H v)'}.
+   subroutine set_moving(self, at, x, v, rate)
+      class(automatic_system_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(jet_t), intent(inout) :: x(:), v(:), rate(:)
+      integer :: i
+
+      do i = 1, size(v)
+         v(i) = still(at%v(i))
+      end do
+      if (self%plain_rates) then
+         do i = 1, size(x)
+            x(i) = moving(at%x(i), at%v(i))
+         end do
+      else
+         do i = 1, size(x)
+            x(i) = still(at%x(i))
+         end do
+         call self%kinematics(x, v, rate(1:size(x)))
+         do i = 1, size(x)
+            x(i) = moving(at%x(i), rate(i)%v)
+         end do
+         call self%kinematics(x, v, rate(1:size(x)))
+         do i = 1, size(x)
+            x(i)%dd = rate(i)%d1
+         end do
+      end if
+   end subroutine set_moving
+
+   !> How often the constraints are evaluated for all columns of A.
+   pure integer function passes(self)
+      class(automatic_system_t), intent(in) :: self
+
+      passes = self%n
+      if (allocated(self%direction)) passes = maxval(self%direction)
+      passes = (passes + directions - 1)/directions
+   end function passes
+
+   !> Coordinates {x, H e_j} and velocities {v, e_j}, of the columns of a pass.
+   subroutine set_columns(self, at, pass, x, v, rate)
+      class(automatic_system_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      integer, intent(in) :: pass
+      type(jet_t), intent(inout) :: x(:), v(:), rate(:)
+      integer :: i
+
+      if (allocated(self%seeds)) then
+         do i = 1, size(x)
+            x(i) = self%seeds(i, pass)
+            x(i)%v = at%x(i)
+         end do
+         do i = 1, size(v)
+            v(i) = self%seeds(i, pass)
+            v(i)%v = at%v(i)
+         end do
+      else
+         do i = 1, size(v)
+            v(i) = still(at%v(i))
+            if (allocated(self%direction)) then
+               call point(self%direction(i) - directions*(pass - 1), v(i))
+            else
+               call point(i - directions*(pass - 1), v(i))
+            end if
+         end do
+         call self%carry(at, x, v, rate)
+      end if
+   end subroutine set_columns
+
+   !> Gives coordinates the derivatives that belong to those of the velocities.
+   subroutine carry(self, at, x, v, rate)
+      class(automatic_system_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(jet_t), intent(inout) :: x(:), rate(:)
+      type(jet_t), intent(in) :: v(:)
+      integer :: i
+
+      do i = 1, size(x)
+         x(i) = still(at%x(i))
+      end do
+      call self%kinematics(x, v, rate(1:size(x)))
+      do i = 1, size(x)
+         x(i) = rate(i)
+         x(i)%v = at%x(i)
+         x(i)%dd = 0.0_wp
+      end do
+   end subroutine carry
+
+   !> Whether two jets have the same derivatives.
+   elemental logical function same_slopes(a, b)
+      type(jet_t), intent(in) :: a, b
+
+      same_slopes = .not. max(abs(a%d1 - b%d1), abs(a%d2 - b%d2), abs(a%d3 - b%d3), abs(a%d4 - b%d4)) > 0.0_wp
+   end function same_slopes
+
+   !> Takes the columns of a pass from the constraints: those beyond `base` directions.
+   subroutine take_columns(self, base, r, entries, a)
+      class(automatic_system_t), intent(in) :: self
+      integer, intent(in) :: base
+      type(jet_t), intent(in) :: r(:)
+      real(wp), intent(inout) :: entries(:)
+      real(wp), intent(inout), optional :: a(:, :)
+      real(wp) :: slope(directions)
+      integer :: d, i, k
+
+      do i = 1, self%c
+         slope = [r(i)%d1, r(i)%d2, r(i)%d3, r(i)%d4]
+         if (.not. present(a)) then
+            do k = self%first(i), self%first(i + 1) - 1
+               d = self%direction(self%column(k)) - base
+               if (d >= 1 .and. d <= directions) entries(k) = slope(d)
+            end do
+         else if (allocated(self%first)) then
+            do k = self%first(i), self%first(i + 1) - 1
+               d = self%direction(self%column(k)) - base
+               if (d >= 1 .and. d <= directions) a(i, self%column(k)) = slope(d)
+            end do
+         else
+            do d = 1, min(directions, self%n - base)
+               a(i, base + d) = slope(d)
+            end do
+         end if
+      end do
+   end subroutine take_columns
+
+   !> xdot = H v.
+   subroutine x_rate(self, at, u, value)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> Velocities: (n).
+      real(wp), intent(in) :: u(:)
+      !> xdot: (n_x).
+      real(wp), intent(out) :: value(:)
+      type(jet_t) :: few(most_on_stack)
+      type(jet_t), allocatable :: many(:)
+
+      if (self%plain_rates) then
+         value(:) = u
+      else if (2*self%n_x + self%n <= most_on_stack) then
+         call x_rate_in(self%n_x, self%n, few, few(self%n_x + 1:), few(2*self%n_x + 1:))
+      else
+         allocate (many(2*self%n_x + self%n))
+         call x_rate_in(self%n_x, self%n, many, many(self%n_x + 1:), many(2*self%n_x + 1:))
+      end if
+
+   contains
+
+      !> The same in the room that is given.
+      subroutine x_rate_in(n_x, n, x, rate, v)
+         integer, intent(in) :: n_x, n
+         type(jet_t), intent(inout) :: x(n_x), rate(n_x), v(n)
+         integer :: i
+
+         do i = 1, n_x
+            x(i) = still(at%x(i))
+         end do
+         do i = 1, n
+            v(i) = still(u(i))
+         end do
+         call self%kinematics(x, v, rate)
+         do i = 1, n_x
+            value(i) = rate(i)%v
+         end do
+      end subroutine x_rate_in
+
+   end subroutine x_rate
+
+   !> M as `masses` gives it.
+   subroutine mass_of_masses(self, at, m)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The mass matrix.
+      type(block_diagonal_t), intent(inout) :: m
+      type(jet_t) :: few(most_on_stack)
+      type(jet_t), allocatable :: many(:)
+
+      if (self%n_x + self%n**2 <= most_on_stack) then
+         call mass_in(self%n_x, self%n, few, few(self%n_x + 1:))
+      else
+         allocate (many(self%n_x + self%n**2))
+         call mass_in(self%n_x, self%n, many, many(self%n_x + 1:))
+      end if
+
+   contains
+
+      !> The same in the room that is given.
+      subroutine mass_in(n_x, n, x, k)
+         integer, intent(in) :: n_x, n
+         type(jet_t), intent(inout) :: x(n_x), k(n, n)
+         integer :: b, i
+
+         do i = 1, n_x
+            x(i) = still(at%x(i))
+         end do
+         k = still(0.0_wp)
+         call self%masses(x, still(at%t), k)
+         do b = 1, size(self%mass_blocks)
+            associate (one => m%first(b), last => m%first(b + 1) - 1)
+               call m%set_block(b, k(one:last, one:last)%v)
+            end associate
+         end do
+      end subroutine mass_in
+
+   end subroutine mass_of_masses
+
+   !> The forces that follow from the potential, -H^T dV/dx, and, where xdot = v, those of the changes of `masses`,
+   !! d(v^T M v/2)/dx - Mdot v; zero from what is not supplied. To be called from a `force` of one's own that adds to them.
+   subroutine lagrange_force(self, at, value)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> f: (n).
+      real(wp), intent(out) :: value(:)
+      type(jet_t) :: few(most_on_stack)
+      type(jet_t), allocatable :: many(:)
+
+      if (2*self%n_x + self%n + self%n**2 <= most_on_stack) then
+         call force_in(self%n_x, self%n, few, few(self%n_x + 1:), few(2*self%n_x + 1:), few(2*self%n_x + self%n + 1:))
+      else
+         allocate (many(2*self%n_x + self%n + self%n**2))
+         call force_in(self%n_x, self%n, many, many(self%n_x + 1:), many(2*self%n_x + 1:), many(2*self%n_x + self%n + 1:))
+      end if
+
+   contains
+
+      !> The same in the room that is given.
+      subroutine force_in(n_x, n, x, rate, v, k)
+         integer, intent(in) :: n_x, n
+         type(jet_t), intent(inout) :: x(n_x), rate(n_x), v(n), k(n, n)
+         type(jet_t) :: energy, t
+         real(wp) :: changes, slope(directions)
+         logical :: plain
+         integer :: base, d, i, j
+
+         value(:) = 0.0_wp
+         changes = 0.0_wp
+         plain = n == n_x
+         ! The first direction is the motion's, direction j + 1 that of velocity j.
+         do base = 0, n, directions
+            do i = 1, n
+               v(i) = still(0.0_wp)
+               call point(i + 1 - base, v(i))
+               if (base == 0) v(i)%d1 = at%v(i)
+            end do
+            call self%carry(at, x, v, rate)
+            if (plain) plain = all(same_slopes(x, v))
+            t = still(at%t)
+            if (base == 0) t%d1 = 1.0_wp
+            call self%potential(x, t, energy)
+            if (.not. is_not_supplied(energy%v)) then
+               slope = [energy%d1, energy%d2, energy%d3, energy%d4]
+               do d = 1, directions
+                  i = base + d - 1
+                  if (i >= 1 .and. i <= n) value(i) = value(i) - slope(d)
+               end do
+            end if
+            k = still(0.0_wp)
+            call self%masses(x, t, k)
+            if (is_not_supplied(k(1, 1)%v)) cycle
+            slope = 0.0_wp
+            do j = 1, n
+               do i = 1, n
+                  if (base == 0) value(i) = value(i) - k(i, j)%d1*at%v(j)
+                  changes = max(changes, abs(k(i, j)%d1), abs(k(i, j)%d2), abs(k(i, j)%d3), abs(k(i, j)%d4))
+                  slope = slope + 0.5_wp*at%v(i)*at%v(j)*[k(i, j)%d1, k(i, j)%d2, k(i, j)%d3, k(i, j)%d4]
+               end do
+            end do
+            do d = 1, directions
+               i = base + d - 1
+               if (i >= 1 .and. i <= n) value(i) = value(i) + slope(d)
+            end do
+         end do
+         if (changes > 0.0_wp .and. .not. plain) value(:) = not_supplied()
+      end subroutine force_in
+
+   end subroutine lagrange_force
+
+   !> A constant: what `jet` gives, compiled into what uses it.
+   elemental function still(v) result(z)
+      real(wp), intent(in) :: v
+      type(jet_t) :: z
+
+      z = jet_t(v, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+   end function still
+
+   !> A number that changes at a rate.
+   elemental function moving(v, rate) result(z)
+      real(wp), intent(in) :: v, rate
+      type(jet_t) :: z
+
+      z = jet_t(v, 0.0_wp, rate, 0.0_wp, 0.0_wp, 0.0_wp)
+   end function moving
+
+   !> Kinetic and potential energy; not known without a `potential`.
+   function energy(self, at)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The energy [J].
+      real(wp) :: energy
+      type(block_diagonal_t) :: m
+      type(jet_t) :: potential
+      real(wp), allocatable :: momentum(:)
+
+      call self%potential(jet(at%x), jet(at%t), potential)
+      energy = ieee_value(energy, ieee_quiet_nan)
+      if (is_not_supplied(potential%v)) return
+      call m%init(self%mass_blocks)
+      call self%mass(at, m)
+      allocate (momentum(self%n))
+      call m%multiply(at%v, momentum)
+      energy = 0.5_wp*dot_product(at%v, momentum) + potential%v
+   end function energy
+
+end module taut_constrained_system_automatic
