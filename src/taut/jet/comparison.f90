@@ -34,8 +34,10 @@ contains
 
    !> Of values.
    elemental function equal(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
 
@@ -44,8 +46,9 @@ contains
 
    !> Of values.
    elemental function equal_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       logical :: c
@@ -55,8 +58,9 @@ contains
 
    !> Of values.
    elemental function equal_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -66,8 +70,9 @@ contains
 
    !> Of values.
    elemental function equal_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       logical :: c
@@ -77,8 +82,9 @@ contains
 
    !> Of values.
    elemental function equal_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -88,8 +94,10 @@ contains
 
    !> Of values.
    elemental function unequal(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
 
@@ -98,8 +106,9 @@ contains
 
    !> Of values.
    elemental function unequal_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       logical :: c
@@ -109,8 +118,9 @@ contains
 
    !> Of values.
    elemental function unequal_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -120,8 +130,9 @@ contains
 
    !> Of values.
    elemental function unequal_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       logical :: c
@@ -131,8 +142,9 @@ contains
 
    !> Of values.
    elemental function unequal_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -142,8 +154,10 @@ contains
 
    !> Of values.
    elemental function less(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
 
@@ -152,8 +166,9 @@ contains
 
    !> Of values.
    elemental function less_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       logical :: c
@@ -163,8 +178,9 @@ contains
 
    !> Of values.
    elemental function less_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -174,8 +190,9 @@ contains
 
    !> Of values.
    elemental function less_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       logical :: c
@@ -185,8 +202,9 @@ contains
 
    !> Of values.
    elemental function less_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -196,8 +214,10 @@ contains
 
    !> Of values.
    elemental function at_most(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
 
@@ -206,8 +226,9 @@ contains
 
    !> Of values.
    elemental function at_most_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       logical :: c
@@ -217,8 +238,9 @@ contains
 
    !> Of values.
    elemental function at_most_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -228,8 +250,9 @@ contains
 
    !> Of values.
    elemental function at_most_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       logical :: c
@@ -239,8 +262,9 @@ contains
 
    !> Of values.
    elemental function at_most_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -250,8 +274,10 @@ contains
 
    !> Of values.
    elemental function greater(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
 
@@ -260,8 +286,9 @@ contains
 
    !> Of values.
    elemental function greater_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       logical :: c
@@ -271,8 +298,9 @@ contains
 
    !> Of values.
    elemental function greater_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -282,8 +310,9 @@ contains
 
    !> Of values.
    elemental function greater_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       logical :: c
@@ -293,8 +322,9 @@ contains
 
    !> Of values.
    elemental function greater_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -304,8 +334,10 @@ contains
 
    !> Of values.
    elemental function at_least(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
 
@@ -314,8 +346,9 @@ contains
 
    !> Of values.
    elemental function at_least_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       logical :: c
@@ -325,8 +358,9 @@ contains
 
    !> Of values.
    elemental function at_least_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c
@@ -336,8 +370,9 @@ contains
 
    !> Of values.
    elemental function at_least_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       logical :: c
@@ -347,8 +382,9 @@ contains
 
    !> Of values.
    elemental function at_least_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       logical :: c

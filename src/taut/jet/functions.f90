@@ -111,8 +111,9 @@ contains
 
    !> a**n.
    elemental function power_integer(a, n) result(c)
-      !> Base and exponent.
+      !> Base.
       type(jet_t), intent(in) :: a
+      !> Exponent.
       integer, intent(in) :: n
       !> The result.
       type(jet_t) :: c
@@ -133,8 +134,9 @@ contains
 
    !> a**p.
    elemental function power_real(a, p) result(c)
-      !> Base and exponent.
+      !> Base.
       type(jet_t), intent(in) :: a
+      !> Exponent.
       real(wp), intent(in) :: p
       !> The result.
       type(jet_t) :: c
@@ -160,8 +162,10 @@ contains
 
    !> a**b, a positive.
    elemental function power_jet(a, b) result(c)
-      !> Base and exponent.
-      type(jet_t), intent(in) :: a, b
+      !> Base.
+      type(jet_t), intent(in) :: a
+      !> Exponent.
+      type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
 
@@ -170,8 +174,9 @@ contains
 
    !> a**b, a positive.
    elemental function power_real_jet(a, b) result(c)
-      !> Base and exponent.
+      !> Base.
       real(wp), intent(in) :: a
+      !> Exponent.
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -326,8 +331,10 @@ contains
 
    !> Angle of the point whose coordinates are a upward and b to the right [rad].
    elemental function atan2_jet_jet(a, b) result(c)
-      !> The arguments.
-      type(jet_t), intent(in) :: a, b
+      !> The first argument.
+      type(jet_t), intent(in) :: a
+      !> The second argument.
+      type(jet_t), intent(in) :: b
       !> From -pi to pi.
       type(jet_t) :: c
       real(wp) :: fa, fb, r
@@ -340,8 +347,9 @@ contains
 
    !> Angle of the point whose coordinates are a upward and b to the right [rad].
    elemental function atan2_jet_real(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       type(jet_t), intent(in) :: a
+      !> The second argument.
       real(wp), intent(in) :: b
       !> From -pi to pi.
       type(jet_t) :: c
@@ -351,8 +359,9 @@ contains
 
    !> Angle of the point whose coordinates are a upward and b to the right [rad].
    elemental function atan2_real_jet(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       real(wp), intent(in) :: a
+      !> The second argument.
       type(jet_t), intent(in) :: b
       !> From -pi to pi.
       type(jet_t) :: c
@@ -362,8 +371,10 @@ contains
 
    !> Smaller of two.
    elemental function min_jet_jet(a, b) result(c)
-      !> The arguments.
-      type(jet_t), intent(in) :: a, b
+      !> The first argument.
+      type(jet_t), intent(in) :: a
+      !> The second argument.
+      type(jet_t), intent(in) :: b
       !> The first where they are equal.
       type(jet_t) :: c
 
@@ -373,8 +384,9 @@ contains
 
    !> Smaller of two.
    elemental function min_jet_real(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       type(jet_t), intent(in) :: a
+      !> The second argument.
       real(wp), intent(in) :: b
       !> The first where they are equal.
       type(jet_t) :: c
@@ -384,8 +396,9 @@ contains
 
    !> Smaller of two.
    elemental function min_real_jet(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       real(wp), intent(in) :: a
+      !> The second argument.
       type(jet_t), intent(in) :: b
       !> The first where they are equal.
       type(jet_t) :: c
@@ -395,8 +408,10 @@ contains
 
    !> Larger of two.
    elemental function max_jet_jet(a, b) result(c)
-      !> The arguments.
-      type(jet_t), intent(in) :: a, b
+      !> The first argument.
+      type(jet_t), intent(in) :: a
+      !> The second argument.
+      type(jet_t), intent(in) :: b
       !> The first where they are equal.
       type(jet_t) :: c
 
@@ -406,8 +421,9 @@ contains
 
    !> Larger of two.
    elemental function max_jet_real(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       type(jet_t), intent(in) :: a
+      !> The second argument.
       real(wp), intent(in) :: b
       !> The first where they are equal.
       type(jet_t) :: c
@@ -417,8 +433,9 @@ contains
 
    !> Larger of two.
    elemental function max_real_jet(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       real(wp), intent(in) :: a
+      !> The second argument.
       type(jet_t), intent(in) :: b
       !> The first where they are equal.
       type(jet_t) :: c
@@ -428,8 +445,10 @@ contains
 
    !> |a| with the sign of b.
    elemental function sign_jet_jet(a, b) result(c)
-      !> The arguments.
-      type(jet_t), intent(in) :: a, b
+      !> The first argument.
+      type(jet_t), intent(in) :: a
+      !> The second argument.
+      type(jet_t), intent(in) :: b
       !> With the derivatives of |a|.
       type(jet_t) :: c
 
@@ -439,8 +458,9 @@ contains
 
    !> |a| with the sign of b.
    elemental function sign_jet_real(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       type(jet_t), intent(in) :: a
+      !> The second argument.
       real(wp), intent(in) :: b
       !> With the derivatives of |a|.
       type(jet_t) :: c
@@ -450,8 +470,9 @@ contains
 
    !> |a| with the sign of b.
    elemental function sign_real_jet(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       real(wp), intent(in) :: a
+      !> The second argument.
       type(jet_t), intent(in) :: b
       !> With the derivatives of |a|.
       type(jet_t) :: c

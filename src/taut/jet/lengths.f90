@@ -69,8 +69,10 @@ contains
 
    !> sqrt(a^2 + b^2).
    elemental function hypot_jet_jet(a, b) result(c)
-      !> The arguments.
-      type(jet_t), intent(in) :: a, b
+      !> The first argument.
+      type(jet_t), intent(in) :: a
+      !> The second argument.
+      type(jet_t), intent(in) :: b
       !> The length.
       type(jet_t) :: c
 
@@ -79,8 +81,9 @@ contains
 
    !> sqrt(a^2 + b^2).
    elemental function hypot_jet_real(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       type(jet_t), intent(in) :: a
+      !> The second argument.
       real(wp), intent(in) :: b
       !> The length.
       type(jet_t) :: c
@@ -90,8 +93,9 @@ contains
 
    !> sqrt(a^2 + b^2).
    elemental function hypot_real_jet(a, b) result(c)
-      !> The arguments.
+      !> The first argument.
       real(wp), intent(in) :: a
+      !> The second argument.
       type(jet_t), intent(in) :: b
       !> The length.
       type(jet_t) :: c
@@ -136,8 +140,10 @@ contains
 
    !> Distance of two points, |a - b|.
    pure function distance_jet_jet(a, b) result(c)
-      !> Points of as many coordinates.
-      type(jet_t), intent(in) :: a(:), b(:)
+      !> A point.
+      type(jet_t), intent(in) :: a(:)
+      !> Another point, of as many coordinates.
+      type(jet_t), intent(in) :: b(:)
       !> Their distance.
       type(jet_t) :: c
       real(wp) :: d1, d2, d3, d4, dd, rate, s, z
@@ -172,8 +178,9 @@ contains
 
    !> Distance of two points, |a - b|.
    pure function distance_jet_real(a, b) result(c)
-      !> Points of as many coordinates.
+      !> A point.
       type(jet_t), intent(in) :: a(:)
+      !> Another point, of as many coordinates.
       real(wp), intent(in) :: b(:)
       !> Their distance.
       type(jet_t) :: c
@@ -208,8 +215,9 @@ contains
 
    !> Distance of two points, |a - b|.
    pure function distance_real_jet(a, b) result(c)
-      !> Points of as many coordinates.
+      !> A point.
       real(wp), intent(in) :: a(:)
+      !> Another point, of as many coordinates.
       type(jet_t), intent(in) :: b(:)
       !> Their distance.
       type(jet_t) :: c

@@ -102,8 +102,10 @@ contains
 
    !> a + b.
    elemental function add(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
 
@@ -112,8 +114,9 @@ contains
 
    !> a + b.
    elemental function add_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -123,8 +126,9 @@ contains
 
    !> a + b.
    elemental function add_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -134,8 +138,9 @@ contains
 
    !> a + b.
    elemental function add_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -145,8 +150,9 @@ contains
 
    !> a + b.
    elemental function add_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -156,8 +162,10 @@ contains
 
    !> a - b.
    elemental function subtract(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
 
@@ -166,8 +174,9 @@ contains
 
    !> a - b.
    elemental function subtract_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -177,8 +186,9 @@ contains
 
    !> a - b.
    elemental function subtract_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -188,8 +198,9 @@ contains
 
    !> a - b.
    elemental function subtract_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -199,8 +210,9 @@ contains
 
    !> a - b.
    elemental function subtract_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -210,8 +222,10 @@ contains
 
    !> a b.
    elemental function multiply(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
 
@@ -222,8 +236,9 @@ contains
 
    !> a b.
    elemental function multiply_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -233,8 +248,9 @@ contains
 
    !> a b.
    elemental function multiply_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -244,8 +260,9 @@ contains
 
    !> a b.
    elemental function multiply_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -255,8 +272,9 @@ contains
 
    !> a b.
    elemental function multiply_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -266,8 +284,10 @@ contains
 
    !> a/b.
    elemental function divide(a, b) result(c)
-      !> The operands.
-      type(jet_t), intent(in) :: a, b
+      !> The operand on the left.
+      type(jet_t), intent(in) :: a
+      !> The operand on the right.
+      type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
       real(wp) :: d1, f, r
@@ -280,8 +300,9 @@ contains
 
    !> a/b.
    elemental function divide_jet_real(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       real(wp), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -291,8 +312,9 @@ contains
 
    !> a/b.
    elemental function divide_real_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       real(wp), intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -302,8 +324,9 @@ contains
 
    !> a/b.
    elemental function divide_jet_integer(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       type(jet_t), intent(in) :: a
+      !> The operand on the right.
       integer, intent(in) :: b
       !> The result.
       type(jet_t) :: c
@@ -313,8 +336,9 @@ contains
 
    !> a/b.
    elemental function divide_integer_jet(a, b) result(c)
-      !> The operands.
+      !> The operand on the left.
       integer, intent(in) :: a
+      !> The operand on the right.
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c

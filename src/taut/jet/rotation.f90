@@ -94,8 +94,10 @@ contains
 
    !> p q: first q, then p.
    pure function product_jet(p, q) result(r)
-      !> Quaternions.
-      type(jet_t), intent(in) :: p(4), q(4)
+      !> The first quaternion.
+      type(jet_t), intent(in) :: p(4)
+      !> The second quaternion.
+      type(jet_t), intent(in) :: q(4)
       !> Their product.
       type(jet_t) :: r(4)
 

@@ -37,8 +37,10 @@ contains
 
    !> a . b.
    pure function dot_jet_jet(a, b) result(c)
-      !> Vectors of one length.
-      type(jet_t), intent(in) :: a(:), b(:)
+      !> A vector.
+      type(jet_t), intent(in) :: a(:)
+      !> A vector of the same length.
+      type(jet_t), intent(in) :: b(:)
       !> Their product.
       type(jet_t) :: c
       integer :: i
@@ -53,8 +55,9 @@ contains
 
    !> a . b.
    pure function dot_jet_real(a, b) result(c)
-      !> Vectors of one length.
+      !> A vector.
       type(jet_t), intent(in) :: a(:)
+      !> A vector of the same length.
       real(wp), intent(in) :: b(:)
       !> Their product.
       type(jet_t) :: c
@@ -69,8 +72,9 @@ contains
 
    !> a . b.
    pure function dot_real_jet(a, b) result(c)
-      !> Vectors of one length.
+      !> A vector.
       real(wp), intent(in) :: a(:)
+      !> A vector of the same length.
       type(jet_t), intent(in) :: b(:)
       !> Their product.
       type(jet_t) :: c
@@ -85,8 +89,10 @@ contains
 
    !> a x b.
    pure function cross_jet_jet(a, b) result(c)
-      !> Vectors.
-      type(jet_t), intent(in) :: a(3), b(3)
+      !> The first vector.
+      type(jet_t), intent(in) :: a(3)
+      !> The second vector.
+      type(jet_t), intent(in) :: b(3)
       !> Their product.
       type(jet_t) :: c(3)
 
@@ -97,8 +103,9 @@ contains
 
    !> a x b.
    pure function cross_jet_real(a, b) result(c)
-      !> Vectors.
+      !> The first vector.
       type(jet_t), intent(in) :: a(3)
+      !> The second vector.
       real(wp), intent(in) :: b(3)
       !> Their product.
       type(jet_t) :: c(3)
@@ -110,8 +117,9 @@ contains
 
    !> a x b.
    pure function cross_real_jet(a, b) result(c)
-      !> Vectors.
+      !> The first vector.
       real(wp), intent(in) :: a(3)
+      !> The second vector.
       type(jet_t), intent(in) :: b(3)
       !> Their product.
       type(jet_t) :: c(3)
@@ -123,8 +131,9 @@ contains
 
    !> a b.
    pure function matmul_jet2_jet1(a, b) result(c)
-      !> Matrices, or a matrix and a vector.
+      !> A matrix or a vector.
       type(jet_t), intent(in) :: a(:, :)
+      !> A vector or a matrix.
       type(jet_t), intent(in) :: b(:)
       !> Their product.
       type(jet_t) :: c(size(a, 1))
@@ -137,8 +146,9 @@ contains
 
    !> a b.
    pure function matmul_jet1_jet2(a, b) result(c)
-      !> Matrices, or a matrix and a vector.
+      !> A matrix or a vector.
       type(jet_t), intent(in) :: a(:)
+      !> A vector or a matrix.
       type(jet_t), intent(in) :: b(:, :)
       !> Their product.
       type(jet_t) :: c(size(b, 2))
@@ -151,8 +161,9 @@ contains
 
    !> a b.
    pure function matmul_jet2_jet2(a, b) result(c)
-      !> Matrices, or a matrix and a vector.
+      !> A matrix or a vector.
       type(jet_t), intent(in) :: a(:, :)
+      !> A vector or a matrix.
       type(jet_t), intent(in) :: b(:, :)
       !> Their product.
       type(jet_t) :: c(size(a, 1), size(b, 2))
@@ -167,8 +178,9 @@ contains
 
    !> a b.
    pure function matmul_jet2_real1(a, b) result(c)
-      !> Matrices, or a matrix and a vector.
+      !> A matrix or a vector.
       type(jet_t), intent(in) :: a(:, :)
+      !> A vector or a matrix.
       real(wp), intent(in) :: b(:)
       !> Their product.
       type(jet_t) :: c(size(a, 1))
@@ -181,8 +193,9 @@ contains
 
    !> a b.
    pure function matmul_jet1_real2(a, b) result(c)
-      !> Matrices, or a matrix and a vector.
+      !> A matrix or a vector.
       type(jet_t), intent(in) :: a(:)
+      !> A vector or a matrix.
       real(wp), intent(in) :: b(:, :)
       !> Their product.
       type(jet_t) :: c(size(b, 2))
@@ -195,8 +208,9 @@ contains
 
    !> a b.
    pure function matmul_jet2_real2(a, b) result(c)
-      !> Matrices, or a matrix and a vector.
+      !> A matrix or a vector.
       type(jet_t), intent(in) :: a(:, :)
+      !> A vector or a matrix.
       real(wp), intent(in) :: b(:, :)
       !> Their product.
       type(jet_t) :: c(size(a, 1), size(b, 2))
@@ -211,8 +225,9 @@ contains
 
    !> a b.
    pure function matmul_real2_jet1(a, b) result(c)
-      !> Matrices, or a matrix and a vector.
+      !> A matrix or a vector.
       real(wp), intent(in) :: a(:, :)
+      !> A vector or a matrix.
       type(jet_t), intent(in) :: b(:)
       !> Their product.
       type(jet_t) :: c(size(a, 1))
@@ -225,8 +240,9 @@ contains
 
    !> a b.
    pure function matmul_real1_jet2(a, b) result(c)
-      !> Matrices, or a matrix and a vector.
+      !> A matrix or a vector.
       real(wp), intent(in) :: a(:)
+      !> A vector or a matrix.
       type(jet_t), intent(in) :: b(:, :)
       !> Their product.
       type(jet_t) :: c(size(b, 2))
@@ -239,8 +255,9 @@ contains
 
    !> a b.
    pure function matmul_real2_jet2(a, b) result(c)
-      !> Matrices, or a matrix and a vector.
+      !> A matrix or a vector.
       real(wp), intent(in) :: a(:, :)
+      !> A vector or a matrix.
       type(jet_t), intent(in) :: b(:, :)
       !> Their product.
       type(jet_t) :: c(size(a, 1), size(b, 2))

@@ -60,8 +60,10 @@ contains
    subroutine kinematics(self, x, v, rate)
       !> The system.
       class(posed_system_t), intent(in) :: self
-      !> Coordinates (n_x) and velocities (n).
-      type(jet_t), intent(in) :: x(:), v(:)
+      !> Coordinates: (n_x).
+      type(jet_t), intent(in) :: x(:)
+      !> Velocities: (n).
+      type(jet_t), intent(in) :: v(:)
       !> xdot: (n_x).
       type(jet_t), intent(out) :: rate(:)
       integer :: i

@@ -95,8 +95,10 @@ contains
    subroutine phi_not_supplied(self, x, t, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates (n_x), and time [s].
-      type(jet_t), intent(in) :: x(:), t
+      !> Coordinates: (n_x).
+      type(jet_t), intent(in) :: x(:)
+      !> Time [s].
+      type(jet_t), intent(in) :: t
       !> phi: (n_phi).
       type(jet_t), intent(out) :: value(:)
 
@@ -109,8 +111,12 @@ contains
    subroutine nonholonomic_not_supplied(self, x, v, t, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates (n_x), velocities (n), and time [s].
-      type(jet_t), intent(in) :: x(:), v(:), t
+      !> Coordinates: (n_x).
+      type(jet_t), intent(in) :: x(:)
+      !> Velocities: (n).
+      type(jet_t), intent(in) :: v(:)
+      !> Time [s].
+      type(jet_t), intent(in) :: t
       !> A v - b': (c - n_phi).
       type(jet_t), intent(out) :: value(:)
 
@@ -123,8 +129,10 @@ contains
    subroutine rates_are_velocities(self, x, v, rate)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates (n_x) and velocities (n).
-      type(jet_t), intent(in) :: x(:), v(:)
+      !> Coordinates: (n_x).
+      type(jet_t), intent(in) :: x(:)
+      !> Velocities: (n).
+      type(jet_t), intent(in) :: v(:)
       !> xdot: (n_x).
       type(jet_t), intent(out) :: rate(:)
 
@@ -141,8 +149,10 @@ contains
    subroutine potential_not_supplied(self, x, t, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates (n_x), and time [s].
-      type(jet_t), intent(in) :: x(:), t
+      !> Coordinates: (n_x).
+      type(jet_t), intent(in) :: x(:)
+      !> Time [s].
+      type(jet_t), intent(in) :: t
       !> V [J].
       type(jet_t), intent(out) :: value
 
@@ -155,8 +165,10 @@ contains
    subroutine masses_not_supplied(self, x, t, m)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates (n_x), and time [s].
-      type(jet_t), intent(in) :: x(:), t
+      !> Coordinates: (n_x).
+      type(jet_t), intent(in) :: x(:)
+      !> Time [s].
+      type(jet_t), intent(in) :: t
       !> M: (n, n), symmetric; zero on entry.
       type(jet_t), intent(inout) :: m(:, :)
 
@@ -169,7 +181,7 @@ contains
    subroutine constraint(self, at, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Where.
+      !> The state.
       type(state_t), intent(in) :: at
       !> phi: (n_phi).
       real(wp), intent(out) :: value(:)
@@ -181,7 +193,7 @@ contains
    subroutine jacobian(self, at, a)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Where.
+      !> The state.
       type(state_t), intent(in) :: at
       !> The constraint matrix: (c, n).
       real(wp), intent(out) :: a(:, :)
@@ -202,8 +214,10 @@ contains
    subroutine pattern(self, first, column)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> First entry of each row: (c + 1); column of each entry.
-      integer, allocatable, intent(out) :: first(:), column(:)
+      !> First entry of each row: (c + 1).
+      integer, allocatable, intent(out) :: first(:)
+      !> Column of each entry.
+      integer, allocatable, intent(out) :: column(:)
 
       if (.not. self%sparse) return
       first = self%first
@@ -214,7 +228,7 @@ contains
    subroutine jacobian_entries(self, at, values)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Where.
+      !> The state.
       type(state_t), intent(in) :: at
       !> In the order of `pattern`.
       real(wp), intent(out) :: values(:)
@@ -226,7 +240,7 @@ contains
    subroutine velocity_rhs(self, at, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Where.
+      !> The state.
       type(state_t), intent(in) :: at
       !> b': (c).
       real(wp), intent(out) :: value(:)
@@ -242,7 +256,7 @@ contains
    subroutine acceleration_rhs(self, at, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Where.
+      !> The state.
       type(state_t), intent(in) :: at
       !> b'': (c).
       real(wp), intent(out) :: value(:)
@@ -474,7 +488,7 @@ contains
    subroutine x_rate(self, at, u, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Where.
+      !> The state.
       type(state_t), intent(in) :: at
       !> Velocities: (n).
       real(wp), intent(in) :: u(:)
@@ -518,7 +532,7 @@ contains
    subroutine mass_of_masses(self, at, m)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Where.
+      !> The state.
       type(state_t), intent(in) :: at
       !> The mass matrix.
       type(block_diagonal_t), intent(inout) :: m
@@ -559,7 +573,7 @@ contains
    subroutine lagrange_force(self, at, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Where.
+      !> The state.
       type(state_t), intent(in) :: at
       !> f: (n).
       real(wp), intent(out) :: value(:)
@@ -647,7 +661,7 @@ contains
    function energy(self, at)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Where.
+      !> The state.
       type(state_t), intent(in) :: at
       !> The energy [J].
       real(wp) :: energy
