@@ -54,8 +54,9 @@ contains
    subroutine write_beside(self, file, model, folder, error)
       !> The kind.
       class(case_kind_t), intent(in) :: self
-      !> The case file, and its system.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> Its system.
       class(tabulated_system_t), intent(in) :: model
       !> The folder of its results, which is there.
       character(*), intent(in) :: folder

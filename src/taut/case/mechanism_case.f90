@@ -67,8 +67,9 @@ contains
    subroutine write_beside(self, file, model, folder, error)
       !> The kind.
       class(mechanism_case_t), intent(in) :: self
-      !> The case file, and its mechanism.
+      !> The case file.
       type(namelist_file_t), intent(in) :: file
+      !> Its mechanism.
       class(tabulated_system_t), intent(in) :: model
       !> The folder of its results.
       character(*), intent(in) :: folder
