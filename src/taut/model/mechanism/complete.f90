@@ -1,0 +1,135 @@
+!> Counting and checking a mechanism whose parts are all there.
+submodule(taut_model_mechanism) taut_model_mechanism_complete
+   use taut_error, only: raise
+   use taut_model_mechanism_body, only: coordinates_of_kind
+   use taut_model_mechanism_joint, only: joint_rows
+   implicit none (type, external)
+
+contains
+
+   !> Counts and checks; to be called when all is there.
+   module procedure complete
+      type(row_t), allocatable :: holonomic(:), rates(:), all_rates(:)
+      integer, allocatable :: blocks(:), joint_of_rate(:)
+      integer :: i, n, n_x
+
+      if (.not. allocated(self%bodies)) allocate (self%bodies(0))
+      if (.not. allocated(self%joints)) allocate (self%joints(0))
+      if (.not. allocated(self%functions)) allocate (self%functions(0))
+      if (.not. allocated(self%loads)) allocate (self%loads(0))
+      if (.not. allocated(self%springs)) allocate (self%springs(0))
+      if (.not. allocated(self%elements)) allocate (self%elements(0))
+      if (.not. allocated(self%points)) allocate (self%points(0))
+      if (.not. allocated(self%events)) allocate (self%events(0))
+      if (.not. allocated(self%findings)) allocate (self%findings(0))
+      if (.not. allocated(self%shown)) self%shown = [(i, i=1, size(self%joints))]
+      if (size(self%bodies) == 0) call raise(error, here, 'it has no body', 'add a &body or a &point_mass')
+      n = 0
+      n_x = 0
+      do i = 1, size(self%bodies)
+         call self%bodies(i)%check(error)
+         self%bodies(i)%before_x = n_x
+         self%bodies(i)%before_v = n
+         n_x = n_x + coordinates_of_kind(self%bodies(i)%kind)
+         n = n + velocities_of_kind(self%bodies(i)%kind)
+      end do
+      do i = 1, size(self%functions)
+         call self%functions(i)%check(error)
+      end do
+      if (allocated(error)) return
+      allocate (blocks(n), source=1)
+      n = 0
+      do i = 1, size(self%bodies)
+         if (self%bodies(i)%diagonal()) then
+            n = n + velocities_of_kind(self%bodies(i)%kind)
+         else
+            n = n + 4
+            blocks(n) = 3
+         end if
+      end do
+      blocks = blocks(:n)
+
+      allocate (self%rows(0), all_rates(0), self%joint_of_row(0), joint_of_rate(0))
+      do i = 1, size(self%joints)
+         associate (joint => self%joints(i))
+            call joint_rows(joint, self%planar, holonomic, rates, error)
+            if (allocated(error)) return
+            call check_drive(self, joint, error)
+            joint%first = size(self%rows) + 1
+            joint%last = size(self%rows) + size(holonomic)
+            joint%first_rate = size(all_rates) + 1
+            joint%last_rate = size(all_rates) + size(rates)
+            self%rows = [self%rows, holonomic]
+            self%joint_of_row = [self%joint_of_row, spread(i, 1, size(holonomic))]
+            all_rates = [all_rates, rates]
+            joint_of_rate = [joint_of_rate, spread(i, 1, size(rates))]
+         end associate
+      end do
+      do i = 1, size(self%joints)
+         self%joints(i)%first_rate = self%joints(i)%first_rate + size(self%rows)
+         self%joints(i)%last_rate = self%joints(i)%last_rate + size(self%rows)
+      end do
+      self%rows = [self%rows, all_rates]
+      self%joint_of_row = [self%joint_of_row, joint_of_rate]
+      call find_pattern(self)
+      call self%define(n=sum(blocks), c=size(self%rows), nonholonomic=size(all_rates), n_x=n_x, &
+                       mass_blocks=blocks)
+      self%n_outputs = number_of_outputs(self)
+      self%n_events = size(self%events)
+   end procedure complete
+
+   !> A drive is not to jump.
+   subroutine check_drive(self, joint, error)
+      class(mechanism_t), intent(in) :: self
+      type(joint_t), intent(in) :: joint
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: drives(2), i
+
+      drives = [joint%drive, joint%angle_drive]
+      do i = 1, 2
+         if (drives(i) == 0) cycle
+         if (self%functions(drives(i))%jumps()) &
+            call raise(error, 'joint "'//joint%name//'"', 'its drive "'//self%functions(drives(i))%name//'" jumps', &
+                       'no body can follow; give the step a finish later than its start')
+      end do
+   end subroutine check_drive
+
+   !> Where the entries of A are: those of the body with the lower number come first.
+   subroutine find_pattern(self)
+      class(mechanism_t), intent(inout) :: self
+      integer :: b(2), i, k, l, side, total
+
+      allocate (self%first(size(self%rows) + 1), self%column(12*size(self%rows)), self%source(12*size(self%rows)))
+      total = 0
+      do i = 1, size(self%rows)
+         self%first(i) = total + 1
+         b = [self%joints(self%joint_of_row(i))%body_1, self%joints(self%joint_of_row(i))%body_2]
+         do k = 1, 2
+            side = merge(k, 3 - k, b(1) < b(2))
+            if (b(side) == 0) cycle
+            associate (body => self%bodies(b(side)))
+               do l = 1, velocities_of_kind(body%kind)
+                  total = total + 1
+                  self%column(total) = body%before_v + l
+                  self%source(total) = 6*(side - 1) + entry_of_velocity(l, body%kind)
+               end do
+            end associate
+         end do
+      end do
+      self%first(size(self%rows) + 1) = total + 1
+      self%column = self%column(:total)
+      self%source = self%source(:total)
+   end subroutine find_pattern
+
+   !> Numbers of all points and joints that are shown.
+   pure integer function number_of_outputs(self) result(n)
+      class(mechanism_t), intent(in) :: self
+      integer :: i
+
+      n = size(self%points)*merge(2, 3, self%planar)
+      do i = 1, size(self%shown)
+         n = n + outputs_of_joint(self, self%joints(self%shown(i)))
+      end do
+   end function number_of_outputs
+
+end submodule taut_model_mechanism_complete

@@ -1,0 +1,147 @@
+!> What the joints of a mechanism demand, row by row: phi, A, b' and b''; and what they carry.
+submodule(taut_model_mechanism) taut_model_mechanism_constraints
+   use taut_model_mechanism_row, only: row_b_prime, row_b_second, row_entries, row_value
+   use taut_rotation, only: cross
+   implicit none (type, external)
+
+contains
+
+   !> Where the entries of A are: compressed rows.
+   module procedure pattern
+      first = self%first
+      column = self%column
+   end procedure pattern
+
+   !> phi, row by row.
+   module procedure constraint
+      type(poses_t) :: poses
+      real(wp) :: g(3)
+      integer :: i, joint, one, two
+
+      joint = 0
+      call poses%clear()
+      do i = 1, self%n_phi
+         call poses_of_row(self, at, i, joint, poses, one, two)
+         call drive_of(self, self%rows(i), at%t, g)
+         value(i) = row_value(self%rows(i), poses%it(one), poses%it(two), g)
+      end do
+   end procedure constraint
+
+   !> A, dense; `scatter_entries` would do, with an allocation.
+   module procedure jacobian
+      type(poses_t) :: poses
+      real(wp) :: e(12), g(3)
+      integer :: i, joint, k, one, two
+
+      a(:, :) = 0.0_wp
+      joint = 0
+      call poses%clear()
+      do i = 1, self%c
+         call poses_of_row(self, at, i, joint, poses, one, two)
+         call drive_of(self, self%rows(i), at%t, g)
+         call row_entries(self%rows(i), poses%it(one), poses%it(two), g, e(1:6), e(7:12))
+         do k = self%first(i), self%first(i + 1) - 1
+            a(i, self%column(k)) = e(self%source(k))
+         end do
+      end do
+   end procedure jacobian
+
+   !> The entries of A: each row has those of its bodies.
+   module procedure jacobian_entries
+      type(poses_t) :: poses
+      real(wp) :: e(12), g(3)
+      integer :: i, joint, k, one, two
+
+      joint = 0
+      call poses%clear()
+      do i = 1, self%c
+         call poses_of_row(self, at, i, joint, poses, one, two)
+         call drive_of(self, self%rows(i), at%t, g)
+         call row_entries(self%rows(i), poses%it(one), poses%it(two), g, e(1:6), e(7:12))
+         do k = self%first(i), self%first(i + 1) - 1
+            values(k) = e(self%source(k))
+         end do
+      end do
+   end procedure jacobian_entries
+
+   !> b', row by row.
+   module procedure velocity_rhs
+      type(poses_t) :: poses
+      real(wp) :: g(3)
+      integer :: i, joint, one, two
+
+      joint = 0
+      call poses%clear()
+      do i = 1, self%c
+         value(i) = 0.0_wp
+         if (self%rows(i)%drive == 0) cycle
+         call poses_of_row(self, at, i, joint, poses, one, two)
+         call drive_of(self, self%rows(i), at%t, g)
+         value(i) = row_b_prime(self%rows(i), poses%it(one), poses%it(two), g)
+      end do
+   end procedure velocity_rhs
+
+   !> b'', row by row.
+   module procedure acceleration_rhs
+      type(poses_t) :: poses
+      real(wp) :: g(3)
+      integer :: i, joint, one, two
+
+      joint = 0
+      call poses%clear()
+      do i = 1, self%c
+         call poses_of_row(self, at, i, joint, poses, one, two)
+         call drive_of(self, self%rows(i), at%t, g)
+         value(i) = row_b_second(self%rows(i), poses%it(one), poses%it(two), g)
+      end do
+   end procedure acceleration_rhs
+
+   !> Force and moment of a joint on its second body, the moment about the joint's point of that body.
+   module procedure reaction
+      type(pose_t) :: one, two
+      real(wp) :: e_1(6), e_2(6), g(3)
+      integer :: i, k
+
+      associate (joint => self%joints(j))
+         call self%pose_of(at, joint%body_1, one)
+         call self%pose_of(at, joint%body_2, two)
+         f = 0.0_wp
+         m = 0.0_wp
+         do k = 1, joint%last - joint%first + 1 + joint%last_rate - joint%first_rate + 1
+            i = joint%first - 1 + k
+            if (i > joint%last) i = joint%first_rate + i - joint%last - 1
+            call drive_of(self, self%rows(i), at%t, g)
+            call row_entries(self%rows(i), one, two, g, e_1, e_2)
+            f = f - lambda(i)*e_2(1:3)
+            m = m - lambda(i)*e_2(4:6)
+         end do
+         m = matmul(two%r, m - cross(joint%p_2, matmul(f, two%r)))
+      end associate
+   end procedure reaction
+
+   !> g of a row.
+   pure subroutine drive_of(self, row, t, g)
+      class(mechanism_t), intent(in) :: self
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: t
+      real(wp), intent(out) :: g(3)
+
+      g(:) = 0.0_wp
+      if (row%drive > 0) call self%functions(row%drive)%evaluate(t, g)
+   end subroutine drive_of
+
+   !> The poses of the bodies of a row's joint, found anew where the joint is another one.
+   pure subroutine poses_of_row(self, at, i, joint, poses, one, two)
+      class(mechanism_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      integer, intent(in) :: i
+      integer, intent(inout) :: joint
+      type(poses_t), intent(inout) :: poses
+      integer, intent(inout) :: one, two
+
+      if (joint == self%joint_of_row(i)) return
+      joint = self%joint_of_row(i)
+      call poses%find(self, at, self%joints(joint)%body_1, self%joints(joint)%body_2, one, two)
+   end subroutine poses_of_row
+
+end submodule taut_model_mechanism_constraints

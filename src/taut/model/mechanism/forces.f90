@@ -1,0 +1,182 @@
+!> Forces of a mechanism and their energy: gravity, loads, springs and dampers, beams.
+submodule(taut_model_mechanism) taut_model_mechanism_forces
+   use taut_model_beam_element, only: element_energy, internal_loads
+   use taut_model_mechanism_body, only: point_motion, turned
+   use taut_model_mechanism_joint, only: joint_angle, joint_angle_rate
+   implicit none (type, external)
+
+contains
+
+   !> f: gravity, gyroscopic moments, loads, springs and dampers, beams.
+   module procedure force
+      integer :: i
+
+      do i = 1, size(self%bodies)
+         call self%bodies(i)%inertial_force(self%gravity, at%v, value)
+      end do
+      do i = 1, size(self%loads)
+         call add_load(self, self%loads(i), at, value)
+      end do
+      do i = 1, size(self%springs)
+         call add_spring(self, self%springs(i), at, value)
+      end do
+      do i = 1, size(self%elements)
+         call add_element(self, self%elements(i), at, value)
+      end do
+   end procedure force
+
+   !> Kinetic energy, and the potential of gravity (zero at the origin), springs and beams; loads have no part in it.
+   module procedure energy
+      type(pose_t) :: one, two
+      real(wp) :: direction(3), length, rate
+      integer :: body_1, body_2, i
+
+      energy = 0.0_wp
+      do i = 1, size(self%bodies)
+         call self%bodies(i)%pose(at%x, at%v, one)
+         energy = energy + self%bodies(i)%kinetic_energy(at%v) - self%bodies(i)%m*dot_product(self%gravity, one%p)
+      end do
+      do i = 1, size(self%springs)
+         associate (spring => self%springs(i))
+            call spring_bodies(self, spring, body_1, body_2)
+            call self%pose_of(at, body_1, one)
+            call self%pose_of(at, body_2, two)
+            call spring_motion(self, spring, one, two, length, rate, direction)
+            energy = energy + spring%preload*(length - spring%free) + 0.5_wp*spring%stiffness*(length - spring%free)**2
+         end associate
+      end do
+      do i = 1, size(self%elements)
+         associate (x_1 => self%bodies(self%elements(i)%body_1)%before_x, x_2 => self%bodies(self%elements(i)%body_2)%before_x)
+            energy = energy + element_energy(self%elements(i)%element, at%x(x_1 + 1:x_1 + 3), at%x(x_1 + 4:x_1 + 7), &
+                                             at%x(x_2 + 1:x_2 + 3), at%x(x_2 + 4:x_2 + 7))
+         end associate
+      end do
+   end procedure energy
+
+   !> Adds a force or a moment.
+   subroutine add_load(self, load, at, f)
+      class(mechanism_t), intent(in) :: self
+      type(load_t), intent(in) :: load
+      type(state_t), intent(in) :: at
+      real(wp), intent(inout) :: f(:)
+      type(pose_t) :: it
+      real(wp) :: g(3), value(3)
+      integer :: i
+
+      call self%pose_of(at, load%body, it)
+      g(1) = 1.0_wp
+      if (load%factor > 0) call self%functions(load%factor)%evaluate(at%t, g)
+      value = load%value
+      if (load%following) value = turned(it%r, load%value)
+      do i = 1, 3
+         value(i) = g(1)*value(i)
+      end do
+      if (load%moment) then
+         call self%bodies(load%body)%add_moment(it, value, f)
+      else
+         call self%bodies(load%body)%add_force(it, load%point, value, f)
+      end if
+   end subroutine add_load
+
+   !> Length or angle of a spring, its rate, and the direction from point 1 to point 2 or of the axis.
+   pure subroutine spring_motion(self, spring, one, two, length, rate, direction)
+      class(mechanism_t), intent(in) :: self
+      type(spring_t), intent(in) :: spring
+      type(pose_t), intent(in) :: one, two
+      real(wp), intent(out) :: length, rate, direction(3)
+      real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp)
+      real(wp) :: v_1(3), v_2(3), x_1(3), x_2(3)
+      integer :: i
+
+      if (spring%joint > 0) then
+         associate (joint => self%joints(spring%joint))
+            ! Within half a turn of the free angle.
+            length = joint_angle(joint, one, two)
+            length = length - turn*anint((length - spring%free)/turn)
+            rate = joint_angle_rate(joint, one, two)
+            direction = turned(one%r, joint%frame_1(:, 3))
+         end associate
+         return
+      end if
+      call point_motion(one, spring%p_1, x_1, v_1)
+      call point_motion(two, spring%p_2, x_2, v_2)
+      length = sqrt((x_2(1) - x_1(1))**2 + (x_2(2) - x_1(2))**2 + (x_2(3) - x_1(3))**2)
+      rate = 0.0_wp
+      do i = 1, 3
+         direction(i) = x_2(i) - x_1(i)
+         if (length > 0.0_wp) direction(i) = direction(i)/length
+         rate = rate + direction(i)*(v_2(i) - v_1(i))
+      end do
+   end subroutine spring_motion
+
+   !> The bodies of a spring.
+   pure subroutine spring_bodies(self, spring, body_1, body_2)
+      class(mechanism_t), intent(in) :: self
+      type(spring_t), intent(in) :: spring
+      integer, intent(out) :: body_1, body_2
+
+      body_1 = spring%body_1
+      body_2 = spring%body_2
+      if (spring%joint == 0) return
+      body_1 = self%joints(spring%joint)%body_1
+      body_2 = self%joints(spring%joint)%body_2
+   end subroutine spring_bodies
+
+   !> Adds a spring's forces or moments.
+   subroutine add_spring(self, spring, at, f)
+      class(mechanism_t), intent(in) :: self
+      type(spring_t), intent(in) :: spring
+      type(state_t), intent(in) :: at
+      real(wp), intent(inout) :: f(:)
+      type(pose_t) :: one, two
+      real(wp) :: back(3), direction(3), length, pull(3), rate, tension
+      integer :: i
+      integer :: body_1, body_2
+
+      call spring_bodies(self, spring, body_1, body_2)
+      call self%pose_of(at, body_1, one)
+      call self%pose_of(at, body_2, two)
+      call spring_motion(self, spring, one, two, length, rate, direction)
+      tension = spring%preload + spring%stiffness*(length - spring%free) + spring%damping*rate
+      do i = 1, 3
+         pull(i) = tension*direction(i)
+         back(i) = -pull(i)
+      end do
+      if (spring%joint > 0) then
+         if (body_1 > 0) call self%bodies(body_1)%add_moment(one, pull, f)
+         if (body_2 > 0) call self%bodies(body_2)%add_moment(two, back, f)
+      else
+         if (body_1 > 0) call self%bodies(body_1)%add_force(one, spring%p_1, pull, f)
+         if (body_2 > 0) call self%bodies(body_2)%add_force(two, spring%p_2, back, f)
+      end if
+   end subroutine add_spring
+
+   !> Adds a beam element's forces and moments.
+   subroutine add_element(self, one, at, f)
+      class(mechanism_t), intent(in) :: self
+      type(element_t), intent(in) :: one
+      type(state_t), intent(in) :: at
+      real(wp), intent(inout) :: f(:)
+      real(wp), parameter :: center(3) = 0.0_wp
+      type(pose_t) :: first, second
+      real(wp) :: f_1(3), m_1(3), m_2(3)
+      integer :: i
+
+      associate (body_1 => self%bodies(one%body_1), body_2 => self%bodies(one%body_2))
+         associate (x_1 => body_1%before_x, x_2 => body_2%before_x, v_1 => body_1%before_v, v_2 => body_2%before_v)
+            call internal_loads(one%element, at%x(x_1 + 1:x_1 + 3), at%x(x_1 + 4:x_1 + 7), at%v(v_1 + 1:v_1 + 6), &
+                                at%x(x_2 + 1:x_2 + 3), at%x(x_2 + 4:x_2 + 7), at%v(v_2 + 1:v_2 + 6), f_1, m_1, m_2)
+         end associate
+         call body_1%pose(at%x, at%v, first)
+         call body_2%pose(at%x, at%v, second)
+         call body_1%add_force(first, center, f_1, f)
+         call body_1%add_moment(first, m_1, f)
+         do i = 1, 3
+            f_1(i) = -f_1(i)
+         end do
+         call body_2%add_force(second, center, f_1, f)
+         call body_2%add_moment(second, m_2, f)
+      end associate
+   end subroutine add_element
+
+end submodule taut_model_mechanism_forces

@@ -1,0 +1,187 @@
+!> What is written of a mechanism: names, reactions, points, events.
+submodule(taut_model_mechanism) taut_model_mechanism_tables
+   use taut_model_mechanism_body, only: body_planar
+   use taut_model_mechanism_joint, only: has_angle, has_displacement, joint_angle, joint_displacement
+   implicit none (type, external)
+
+contains
+
+   !> Such as rod1.x, rod1.qa or, in the plane, rod1.angle.
+   module procedure x_name
+      character(len=5), parameter :: in_space(7) = ['x    ', 'y    ', 'z    ', 'qa   ', 'qb   ', 'qc   ', 'qd   '], &
+                                     in_plane(3) = ['x    ', 'y    ', 'angle']
+      integer :: body, k
+
+      call find_body(self, i, .true., body, k)
+      name = self%bodies(body)%name//'.'//trim(in_space(k))
+      if (self%bodies(body)%kind == body_planar) name = self%bodies(body)%name//'.'//trim(in_plane(k))
+   end procedure x_name
+
+   !> Such as rod1.vx or rod1.wx (body axes).
+   module procedure v_name
+      character(len=2), parameter :: entries(6) = ['vx', 'vy', 'vz', 'wx', 'wy', 'wz']
+      integer :: body, k
+
+      call find_body(self, i, .false., body, k)
+      name = self%bodies(body)%name//'.'//entries(entry_of_velocity(k, self%bodies(body)%kind))
+   end procedure v_name
+
+   !> Such as tip.x, hinge.fx, hinge.m3 or hinge.angle.
+   module procedure output_name
+      character(len=2), parameter :: in_space(12) = ['fx', 'fy', 'fz', 'mx', 'my', 'mz', 'f1', 'f2', 'f3', 'm1', 'm2', 'm3'], &
+                                     in_plane(6) = ['fx', 'fy', 'mz', 'f1', 'f2', 'f3']
+      integer :: j, k, n
+
+      n = merge(2, 3, self%planar)
+      k = i
+      name = ''
+      if (k <= n*size(self%points)) then
+         name = self%points(1 + (k - 1)/n)%name//'.'//achar(iachar('x') + modulo(k - 1, n))
+         return
+      end if
+      k = k - n*size(self%points)
+      do j = 1, size(self%shown)
+         associate (joint => self%joints(self%shown(j)))
+            n = outputs_of_joint(self, joint)
+            if (k > n) then
+               k = k - n
+               cycle
+            end if
+            n = merge(6, 12, self%planar)
+            if (k > n) then
+               name = joint%name//'.'//trim(merge('angle       ', 'displacement', has_angle(joint) .and. k == n + 1))
+            else if (self%planar) then
+               name = joint%name//'.'//in_plane(k)
+            else
+               name = joint%name//'.'//in_space(k)
+            end if
+            return
+         end associate
+      end do
+   end procedure output_name
+
+   !> Positions of points; reactions, angles and displacements of joints.
+   module procedure outputs
+      type(pose_t) :: one, two
+      real(wp) :: e(3, 3), f(3), m(3), p(3)
+      integer :: i, k, n
+
+      k = 0
+      n = merge(2, 3, self%planar)
+      do i = 1, size(self%points)
+         call self%pose_of(at, self%points(i)%body, one)
+         p = one%p + matmul(one%r, self%points(i)%at)
+         values(k + 1:k + n) = p(1:n)
+         k = k + n
+      end do
+      do i = 1, size(self%shown)
+         associate (joint => self%joints(self%shown(i)))
+            call self%reaction(at, lambda, self%shown(i), f, m)
+            call self%pose_of(at, joint%body_1, one)
+            call self%pose_of(at, joint%body_2, two)
+            e = matmul(one%r, joint%frame_1)
+            if (self%planar) then
+               values(k + 1:k + 3) = [f(1), f(2), m(3)]
+               values(k + 4:k + 6) = matmul(f, e)
+               k = k + 6
+            else
+               values(k + 1:k + 3) = f
+               values(k + 4:k + 6) = m
+               values(k + 7:k + 9) = matmul(f, e)
+               values(k + 10:k + 12) = matmul(m, e)
+               k = k + 12
+            end if
+            if (has_angle(joint)) then
+               k = k + 1
+               values(k) = joint_angle(joint, one, two)
+            end if
+            if (has_displacement(joint)) then
+               k = k + 1
+               values(k) = joint_displacement(joint, one, two)
+            end if
+         end associate
+      end do
+   end procedure outputs
+
+   !> Numbers of a joint: force and moment in global axes, in its own, then angle and displacement.
+   module procedure outputs_of_joint
+      n = merge(6, 12, self%planar)
+      if (has_angle(joint)) n = n + 1
+      if (has_displacement(joint)) n = n + 1
+   end procedure outputs_of_joint
+
+   !> What was found out at the start.
+   module procedure quantities
+      allocate (list(0))
+      if (allocated(self%findings)) list = self%findings
+   end procedure quantities
+
+   !> What was found out at the start, for people.
+   module procedure describe
+      text = ''
+      if (allocated(self%description)) text = self%description
+   end procedure describe
+
+   !> Whether there are reactions that are not unique.
+   module procedure note
+      text = ''
+      if (allocated(self%remark)) text = self%remark
+   end procedure note
+
+   !> Name of an event.
+   module procedure event_name
+      name = self%events(i)%name
+   end procedure event_name
+
+   !> What is watched less its value.
+   module procedure event_values
+      type(pose_t) :: one, two
+      real(wp) :: p(3)
+      integer :: i
+
+      do i = 1, size(self%events)
+         associate (event => self%events(i))
+            if (event%joint == 0) then
+               call self%pose_of(at, event%body, one)
+               p = one%p + matmul(one%r, event%at)
+               values(i) = p(event%axis) - event%value
+               cycle
+            end if
+            associate (joint => self%joints(event%joint))
+               call self%pose_of(at, joint%body_1, one)
+               call self%pose_of(at, joint%body_2, two)
+               if (event%angle) then
+                  ! Zero also half a turn away: a turn has no beginning.
+                  values(i) = sin(joint_angle(joint, one, two) - event%value)
+               else
+                  values(i) = joint_displacement(joint, one, two) - event%value
+               end if
+            end associate
+         end associate
+      end do
+   end procedure event_values
+
+   !> Name of the body and of its i-th coordinate or velocity.
+   subroutine find_body(self, i, coordinate, body, k)
+      class(mechanism_t), intent(in) :: self
+      integer, intent(in) :: i
+      logical, intent(in) :: coordinate
+      integer, intent(out) :: body, k
+      integer :: high, low
+
+      ! The last body that begins before i.
+      low = 1
+      high = size(self%bodies) + 1
+      do while (high - low > 1)
+         body = (low + high)/2
+         if (merge(self%bodies(body)%before_x, self%bodies(body)%before_v, coordinate) < i) then
+            low = body
+         else
+            high = body
+         end if
+      end do
+      body = low
+      k = i - merge(self%bodies(body)%before_x, self%bodies(body)%before_v, coordinate)
+   end subroutine find_body
+
+end submodule taut_model_mechanism_tables
