@@ -116,6 +116,8 @@ def test_arrows_point_down(path: Path) -> None:
         return
     allowed = ROOMS[room] | {room} if room else set()
     for name in used(path) - GROUND:
+        if name.startswith("taut_jet"):  # numbers, like those of the kinds
+            continue
         assert room_of(name) in allowed, f"{module} uses {name}"
     assert "taut" not in used(path), "the library must not use its own front door"
 

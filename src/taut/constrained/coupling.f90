@@ -2,6 +2,7 @@
 module taut_constrained_coupling
    use taut_constrained_system, only: mechanical_system_t
    use taut_constrained_system_stiff, only: stiff_system_t
+   use taut_linalg_coloring, only: color_columns
    implicit none (type, external)
    private
    public :: coupling_t
@@ -80,7 +81,8 @@ contains
          i = i + model%mass_blocks(b)
       end do
       call collect(with, self%first, self%column)
-      call paint(self)
+      allocate (self%color(n))
+      call color_columns(self%first, self%column, self%color, self%colors)
 
    contains
 
@@ -142,32 +144,6 @@ contains
          end do
       end do
    end subroutine collect
-
-   !> Colors the columns, each with the first color that none has with which it shares a row.
-   !!
-   !! Source: A.R. Curtis, M.J.D. Powell, J.K. Reid, On the estimation of sparse Jacobian matrices, J. Inst. Math. Appl. 13
-   !! (1974) 117-119.
-   pure subroutine paint(self)
-      type(coupling_t), intent(inout) :: self
-      integer :: i, j, k, l, n
-      integer, allocatable :: taken(:)
-
-      n = size(self%first) - 1
-      allocate (self%color(n), taken(n), source=0)
-      do j = 1, n
-         do k = self%first(j), self%first(j + 1) - 1
-            i = self%column(k)
-            do l = self%first(i), self%first(i + 1) - 1
-               if (self%color(self%column(l)) > 0) taken(self%color(self%column(l))) = j
-            end do
-         end do
-         do i = 1, n
-            if (taken(i) /= j) exit
-         end do
-         self%color(j) = i
-         self%colors = max(self%colors, i)
-      end do
-   end subroutine paint
 
    !> Where an entry of the pattern is; 0 if it has none there.
    pure integer function place(self, i, j)
