@@ -2,7 +2,7 @@
 module automatic_systems
    use car_axis, only: axle_length, car_axis_t, ground
    use squeezer, only: loops
-   use taut, only: automatic_system_t, block_diagonal_t, mechanical_system_t, state_t, wp
+   use taut, only: automatic_system_t, block_diagonal_t, jet_state_t, mechanical_system_t, state_t, wp
    use taut_jet
    use taut_model_chain, only: chain_t
    use taut_model_helicopter, only: helicopter_t
@@ -104,82 +104,76 @@ contains
       energy = self%hand%energy(at)
    end function energy
 
-   subroutine pendulum_phi(self, x, t, value)
+   subroutine pendulum_phi(self, at, value)
       class(jet_pendulum_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value(:)
 
-      value(:) = norm2(x) - self%l
-      associate (unused_time => t)
-      end associate
+      value(:) = norm2(at%x) - self%l
    end subroutine pendulum_phi
 
-   subroutine chain_phi(self, x, t, value)
+   subroutine chain_phi(self, at, value)
       class(jet_chain_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value(:)
       integer :: i
 
-      value(1) = norm2(x(1:2)) - self%l
+      value(1) = norm2(at%x(1:2)) - self%l
       do i = 2, self%c
-         value(i) = distance(x(2*i - 1:2*i), x(2*i - 3:2*i - 2)) - self%l
+         value(i) = distance(at%x(2*i - 1:2*i), at%x(2*i - 3:2*i - 2)) - self%l
       end do
-      associate (unused_time => t)
-      end associate
    end subroutine chain_phi
 
-   subroutine four_bar_phi(self, x, t, value)
+   subroutine four_bar_phi(self, at, value)
       class(jet_four_bar_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value(:)
       integer :: i, k
 
       do i = 0, (self%c - 1)/4
          k = 4*i
-         value(k + 1) = distance(x(k + 1:k + 2), [i*self%l, 0.0_wp]) - self%l
+         value(k + 1) = distance(at%x(k + 1:k + 2), [i*self%l, 0.0_wp]) - self%l
          if (k + 1 == self%c) exit
-         value(k + 2) = distance(x(k + 5:k + 6), x(k + 1:k + 2)) - self%l
-         value(k + 3) = x(k + 3) - 0.5_wp*(x(k + 1) + x(k + 5))
-         value(k + 4) = x(k + 4) - 0.5_wp*(x(k + 2) + x(k + 6))
+         value(k + 2) = distance(at%x(k + 5:k + 6), at%x(k + 1:k + 2)) - self%l
+         value(k + 3) = at%x(k + 3) - 0.5_wp*(at%x(k + 1) + at%x(k + 5))
+         value(k + 4) = at%x(k + 4) - 0.5_wp*(at%x(k + 2) + at%x(k + 6))
       end do
-      associate (unused_time => t)
-      end associate
    end subroutine four_bar_phi
 
-   subroutine squeezer_phi(self, x, t, value)
+   subroutine squeezer_phi(self, at, value)
       class(jet_squeezer_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value(:)
 
-      call loops(x, value)
-      associate (unused_system => self, unused_time => t)
+      call loops(at%x, value)
+      associate (unused_system => self)
       end associate
    end subroutine squeezer_phi
 
-   subroutine car_axis_phi(self, x, t, value)
+   subroutine car_axis_phi(self, at, value)
       class(jet_car_axis_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value(:)
       type(jet_t) :: b(2)
 
-      b = ground(t)
-      value(1) = x(1)*b(1) + x(2)*b(2)
-      value(2) = (x(1) - x(3))**2 + (x(2) - x(4))**2 - axle_length**2
+      b = ground(at%t)
+      value(1) = at%x(1)*b(1) + at%x(2)*b(2)
+      value(2) = (at%x(1) - at%x(3))**2 + (at%x(2) - at%x(4))**2 - axle_length**2
       associate (unused_system => self)
       end associate
    end subroutine car_axis_phi
 
-   subroutine blade_phi(self, x, t, value)
+   subroutine blade_phi(self, at, value)
       class(jet_blade_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value(:)
       type(jet_t) :: a(3), b(3)
 
       associate (d => self%blade%data)
-         a(1) = d%x_beta + d%x_theta*cos(x(1)) - d%y_theta*sin(x(1))*sin(x(2))
-         a(2) = d%y_theta*cos(x(2))
-         a(3) = d%x_theta*sin(x(1)) + d%y_theta*cos(x(1))*sin(x(2))
-         b = d%b_mean + d%b_cosine*cos(d%omega*t) + d%b_sine*sin(d%omega*t)
+         a(1) = d%x_beta + d%x_theta*cos(at%x(1)) - d%y_theta*sin(at%x(1))*sin(at%x(2))
+         a(2) = d%y_theta*cos(at%x(2))
+         a(3) = d%x_theta*sin(at%x(1)) + d%y_theta*cos(at%x(1))*sin(at%x(2))
+         b = d%b_mean + d%b_cosine*cos(d%omega*at%t) + d%b_sine*sin(d%omega*at%t)
          value(1) = distance(a, b) - d%length
       end associate
    end subroutine blade_phi

@@ -1,7 +1,7 @@
 !> The car axis: two wheels on stiff springs, joined by an axle, the right one on a bumpy road; a constraint that depends on time.
 !!
-!! Source: F. Mazzia, C. Magherini, Test set for initial value problem solvers, release 2.4, Bari 2008; equations and reference values
-!! from there. Lengths in m, x = {xl, yl, xr, yr}.
+!! Source: F. Mazzia, C. Magherini, Test set for initial value problem solvers, release 2.4, Bari 2008; equations and reference
+!! values from there. Lengths in m, x = {xl, yl, xr, yr}.
 module car_axis
    use taut, only: block_diagonal_t, mechanical_system_t, state_t, wp
    use taut_jet

@@ -5,8 +5,8 @@ module test_automatic
    use squeezer, only: new_squeezer, squeezer_start
    use systems, only: new_particle, sleigh
    use taut, only: automatic_system_t, block_diagonal_t, error_t, finding_t, integration_options_t, integration_result_t, &
-                   mechanical_system_t, new_rigid_bodies, posed_system_t, quaternion_of_vector, rigid_bodies_t, rigid_body_t, &
-                   simulate, spherical_joint_t, state_t, status_reached_end, verify, wp
+                   jet_state_t, mechanical_system_t, new_rigid_bodies, posed_system_t, quaternion_of_vector, rigid_bodies_t, &
+                   rigid_body_t, simulate, spherical_joint_t, state_t, status_reached_end, verify, wp
    use taut_jet
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_helicopter, only: helicopter_data_t, helicopter_t, new_helicopter
@@ -225,6 +225,8 @@ contains
       type(error_t), allocatable :: error
       real(wp) :: direct(14), jets(14)
       type(jet_t) :: rate(14)
+      type(jet_state_t) :: there
+      type(jet_t), target :: x(14), v(12)
       integer :: i
 
       body%m = 1.5_wp
@@ -247,7 +249,11 @@ contains
       call model%find_structure(at)
       call compare(failure, 'rods of known structure', model%hand, model, at)
       call model%x_rate(at, at%v, direct)
-      call model%kinematics(jet(at%x), jet(at%v), rate)
+      x = jet(at%x)
+      v = jet(at%v)
+      there%x => x
+      there%v => v
+      call model%kinematics(there, rate)
       jets = rate%v
       call check_below(failure, maxval(abs(direct - jets)), 1.0e-15_wp, 'H')
       call verify(model, at, findings, error)
@@ -377,16 +383,14 @@ contains
       call self%hand%force(at, value)
    end subroutine rods_force
 
-   subroutine rods_phi(self, x, t, value)
+   subroutine rods_phi(self, at, value)
       class(rods_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value(:)
 
       associate (joint => self%hand%joints)
-         value(1:3) = x(1:3) + rotate(x(4:7), joint(1)%point) - joint(1)%other_point
-         value(4:6) = x(8:10) + rotate(x(11:14), joint(2)%point) - x(1:3) - rotate(x(4:7), joint(2)%other_point)
-      end associate
-      associate (unused_time => t)
+         value(1:3) = at%x(1:3) + rotate(at%x(4:7), joint(1)%point) - joint(1)%other_point
+         value(4:6) = at%x(8:10) + rotate(at%x(11:14), joint(2)%point) - at%x(1:3) - rotate(at%x(4:7), joint(2)%other_point)
       end associate
    end subroutine rods_phi
 
@@ -406,57 +410,55 @@ contains
       call self%hand%force(at, value)
    end subroutine edge_force
 
-   subroutine edge_row(self, x, v, t, value)
+   subroutine edge_row(self, at, value)
       class(edge_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), v(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value(:)
 
-      value(1) = cos(x(3))*v(2) - sin(x(3))*v(1)
-      if (.not. self%linear) value(1) = value(1)*v(3)
-      associate (unused_time => t)
-      end associate
+      value(1) = cos(at%x(3))*at%v(2) - sin(at%x(3))*at%v(1)
+      if (.not. self%linear) value(1) = value(1)*at%v(3)
    end subroutine edge_row
 
-   subroutine angles_masses(self, x, t, m)
+   subroutine angles_masses(self, at, m)
       class(angles_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(inout) :: m(:, :)
 
       m(1, 1) = 2.0_wp
       m(2, 2) = 1.0_wp
-      m(1, 2) = cos(x(1) - x(2))
+      m(1, 2) = cos(at%x(1) - at%x(2))
       m(2, 1) = m(1, 2)
-      associate (unused_system => self, unused_time => t)
+      associate (unused_system => self)
       end associate
    end subroutine angles_masses
 
-   subroutine angles_potential(self, x, t, value)
+   subroutine angles_potential(self, at, value)
       class(angles_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value
 
-      value = -9.81_wp*(2.0_wp*cos(x(1)) + cos(x(2)))
-      associate (unused_system => self, unused_time => t)
+      value = -9.81_wp*(2.0_wp*cos(at%x(1)) + cos(at%x(2)))
+      associate (unused_system => self)
       end associate
    end subroutine angles_potential
 
-   subroutine angles_kinematics(self, x, v, rate)
+   subroutine angles_kinematics(self, at, rate)
       class(angles_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), v(:)
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: rate(:)
 
-      rate(:) = v
-      if (self%turned) rate(1) = cos(x(2))*v(1)
+      rate(:) = at%v
+      if (self%turned) rate(1) = cos(at%x(2))*at%v(1)
    end subroutine angles_kinematics
 
-   subroutine empty_masses(self, x, t, m)
+   subroutine empty_masses(self, at, m)
       class(empty_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), t
+      type(jet_state_t), intent(in) :: at
       type(jet_t), intent(inout) :: m(:, :)
 
       m(1, 1) = 1.0_wp
       m(2, 2) = 1.0_wp
-      associate (unused_system => self, unused_coordinates => x, unused_time => t)
+      associate (unused_system => self, unused_state => at)
       end associate
    end subroutine empty_masses
 

@@ -3,49 +3,28 @@ module bead_system
    use taut
    implicit none (type, external)
 
-   type, extends(mechanical_system_t) :: bead_t
+   type, extends(automatic_system_t) :: bead_t
       real(wp) :: m = 2.0_wp, g = 9.81_wp           ! mass [kg], gravity against z [m/s^2]
       real(wp) :: a = 1.0_wp, d = 0.0_wp            ! of the wire [1/m], of the drag [N s/m]
    contains
-      procedure :: mass, force, constraint, jacobian, acceleration_rhs
+      procedure :: force, phi
    end type bead_t
 
 contains
 
-   subroutine mass(self, at, m)                     ! M vdot = f
-      class(bead_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      type(block_diagonal_t), intent(inout) :: m
-      call m%set_diagonal(spread(self%m, 1, size(at%v)))
-   end subroutine mass
-
-   subroutine force(self, at, value)
+   subroutine force(self, at, value)                ! M vdot = f
       class(bead_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: value(:)
       value = [0.0_wp, -self%m*self%g] - self%d*at%v
    end subroutine force
 
-   subroutine constraint(self, at, value)           ! phi(x, t) = 0
+   subroutine phi(self, at, value)                  ! phi(x, t) = 0; its derivatives follow
       class(bead_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      real(wp), intent(out) :: value(:)
+      type(jet_state_t), intent(in) :: at
+      type(jet_t), intent(out) :: value(:)
       value(1) = at%x(2) - self%a*at%x(1)**2
-   end subroutine constraint
-
-   subroutine jacobian(self, at, a)                 ! phidot = A v - b'
-      class(bead_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      real(wp), intent(out) :: a(:, :)
-      a(1, :) = [-2.0_wp*self%a*at%x(1), 1.0_wp]
-   end subroutine jacobian
-
-   subroutine acceleration_rhs(self, at, value)     ! A vdot = b''
-      class(bead_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      real(wp), intent(out) :: value(:)
-      value(1) = 2.0_wp*self%a*at%v(1)**2
-   end subroutine acceleration_rhs
+   end subroutine phi
 
 end module bead_system
 
@@ -56,14 +35,12 @@ program bead
    type(bead_t) :: system
    type(state_t) :: at
    type(integration_result_t) :: result
-   type(finding_t), allocatable :: findings(:)
    type(error_t), allocatable :: error
 
-   call system%define(n=2, c=1)                     ! two velocities, one constraint
+   call system%define(n=2, c=1, mass_blocks=[1, 1]) ! two velocities, one constraint, a diagonal M
+   system%diagonal_mass = [system%m, system%m]
    at%x = [1.0_wp, 1.0_wp]                          ! on the wire
    at%v = [0.1_wp, 0.2_wp]
-   call verify(system, at, findings, error)         ! are A and b'' the derivatives of phi?
-   if (size(findings) > 0) print '(a)', findings(1)%message
    call simulate(system, at, 10.0_wp, result, error)
    if (allocated(error)) then
       print '(a)', error%line()

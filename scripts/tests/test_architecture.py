@@ -14,9 +14,10 @@ GROUND = {"taut_archive", "taut_kinds", "taut_error", "taut_version"}
 ROOMS = {
     "linalg": set(),
     "rotation": set(),
+    "jet": set(),
     "ode": {"linalg"},
-    "constrained": {"linalg", "rotation", "ode"},
-    "model": {"linalg", "rotation", "ode", "constrained"},
+    "constrained": {"linalg", "rotation", "jet", "ode"},
+    "model": {"linalg", "rotation", "jet", "ode", "constrained"},
     "case": {"linalg", "rotation", "ode", "constrained", "model"},
 }
 

@@ -183,6 +183,12 @@ def test_examples_meet_closed_forms(
     assert computed == pytest.approx(closed, abs=tolerance)
 
 
+def test_example_of_a_chain_keeps_its_energy(said: Callable[[str], list[str]]) -> None:
+    lines = [line for line in said("hanging_chain") if "reached-end" in line]
+    assert [line.split()[0] for line in lines] == ["5", "20"]
+    assert all(abs(float(line.split()[-1])) < 1e-4 for line in lines)
+
+
 def test_example_of_a_checkpoint_goes_on_bit_for_bit(said: Callable[[str], list[str]]) -> None:
     before, after = said("checkpoint")[-2:]
     assert before.startswith("interrupted at") and after.startswith("reached-end at")

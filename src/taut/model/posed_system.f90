@@ -4,7 +4,7 @@ module taut_model_posed_system
    use taut_kinds, only: wp
    use taut_error, only: to_text
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_automatic, only: automatic_system_t
+   use taut_constrained_system_automatic, only: automatic_system_t, jet_state_t
    use taut_jet, only: jet_t, quaternion_rate
    use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity
    implicit none (type, external)
@@ -57,22 +57,20 @@ module taut_model_posed_system
 contains
 
    !> xdot as jets, for constraints that are given by `phi`.
-   subroutine kinematics(self, x, v, rate)
+   subroutine kinematics(self, at, rate)
       !> The system.
       class(posed_system_t), intent(in) :: self
-      !> Coordinates: (n_x).
-      type(jet_t), intent(in) :: x(:)
-      !> Velocities: (n).
-      type(jet_t), intent(in) :: v(:)
+      !> Coordinates and velocities.
+      type(jet_state_t), intent(in) :: at
       !> xdot: (n_x).
       type(jet_t), intent(out) :: rate(:)
       integer :: i
 
       do i = 1, self%poses
-         rate(7*i - 6:7*i - 4) = v(6*i - 5:6*i - 3)
-         rate(7*i - 3:7*i) = quaternion_rate(x(7*i - 3:7*i), v(6*i - 2:6*i))
+         rate(7*i - 6:7*i - 4) = at%v(6*i - 5:6*i - 3)
+         rate(7*i - 3:7*i) = quaternion_rate(at%x(7*i - 3:7*i), at%v(6*i - 2:6*i))
       end do
-      rate(7*self%poses + 1:) = v(6*self%poses + 1:)
+      rate(7*self%poses + 1:) = at%v(6*self%poses + 1:)
    end subroutine kinematics
 
    !> xdot: {v; q {0, W}/2} of each pose, and the velocities of the others.

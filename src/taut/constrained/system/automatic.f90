@@ -7,16 +7,15 @@
 !!
 !! Whatever follows may still be written by hand, by overriding it: `jacobian`, `velocity_rhs`, `acceleration_rhs`, `force`, ...
 module taut_constrained_system_automatic
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: is_not_supplied, not_supplied, scatter_entries, state_t
+   use taut_error, only: error_t
+   use taut_constrained_system, only: not_supplied, scatter_entries, state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_jet_number, only: jet, jet_t, point
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
-   public :: automatic_system_t
+   public :: automatic_system_t, jet_state_t
 
    !> What is asked for of the constraints: their values, what belongs to time alone, what belongs to the motion at constant
    !! velocities, the columns of A.
@@ -26,9 +25,22 @@ module taut_constrained_system_automatic
    !> Jets up to this many are on the stack, more are allocated; the compiler keeps what is larger than 64 kB in static memory.
    integer, parameter :: most_on_stack = 1000
 
+   !> Where a system is, in jets: what `state_t` is in real numbers.
+   type :: jet_state_t
+      !> Time [s].
+      type(jet_t) :: t
+      !> Coordinates: (n_x).
+      type(jet_t), pointer, contiguous :: x(:) => null()
+      !> Velocities: (n); for `nonholonomic` and `kinematics` alone.
+      type(jet_t), pointer, contiguous :: v(:) => null()
+   end type jet_state_t
+
    !> A system that says what its constraints are, and not their derivatives. An extension states its sizes with `define` and
-   !! supplies `phi` and, or, `nonholonomic`; M by `mass` or `masses`; f by `force`, `potential`, or both with `lagrange_force`.
+   !! supplies `phi` and, or, `nonholonomic`; M by `diagonal_mass`, `mass` or `masses`; f by `force`, by `potential`, or by a
+   !! `force` that adds to `lagrange_force`.
    type, abstract, extends(tabulated_system_t) :: automatic_system_t
+      !> M, where it is diagonal and never changes: (n). Then neither `mass` nor `masses` is needed.
+      real(wp), allocatable :: diagonal_mass(:)
       !> Pattern of A, where `find_structure` found it, and whether it is worth it.
       integer, allocatable, private :: first(:), column(:)
       logical, private :: sparse = .false.
@@ -87,93 +99,112 @@ module taut_constrained_system_automatic
          !> What is missing, or not what it has to be.
          type(error_t), allocatable, intent(inout) :: error
       end subroutine check_at
+
+      !> M as `diagonal_mass` or `masses` gives it.
+      module subroutine mass_of_masses(self, at, m)
+         !> The system.
+         class(automatic_system_t), intent(in) :: self
+         !> The state; its x and t are used.
+         type(state_t), intent(in) :: at
+         !> The mass matrix.
+         type(block_diagonal_t), intent(inout) :: m
+      end subroutine mass_of_masses
+
+      !> The forces that follow from the potential, -H^T dV/dx, and, where xdot = v, those of the changes of `masses`,
+      !! d(v^T M v/2)/dx - Mdot v; zero from what is not supplied. To be called from a `force` of one's own that adds to them.
+      module subroutine lagrange_force(self, at, value)
+         !> The system.
+         class(automatic_system_t), intent(in) :: self
+         !> The state.
+         type(state_t), intent(in) :: at
+         !> f: (n).
+         real(wp), intent(out) :: value(:)
+      end subroutine lagrange_force
+
+      !> Kinetic and potential energy; not known without a `potential`.
+      module function energy(self, at)
+         !> The system.
+         class(automatic_system_t), intent(in) :: self
+         !> The state.
+         type(state_t), intent(in) :: at
+         !> The energy [J].
+         real(wp) :: energy
+      end function energy
    end interface
 
 contains
 
    !> phi(x, t) of the holonomic constraints.
-   subroutine phi_not_supplied(self, x, t, value)
+   subroutine phi_not_supplied(self, at, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates: (n_x).
-      type(jet_t), intent(in) :: x(:)
-      !> Time [s].
-      type(jet_t), intent(in) :: t
+      !> Coordinates and time.
+      type(jet_state_t), intent(in) :: at
       !> phi: (n_phi).
       type(jet_t), intent(out) :: value(:)
 
       value(:) = jet(not_supplied())
-      associate (unused_system => self, unused_coordinates => x, unused_time => t)
+      associate (unused_system => self, unused_state => at)
       end associate
    end subroutine phi_not_supplied
 
    !> A v - b' of the constraints that are not holonomic; affine in v.
-   subroutine nonholonomic_not_supplied(self, x, v, t, value)
+   subroutine nonholonomic_not_supplied(self, at, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates: (n_x).
-      type(jet_t), intent(in) :: x(:)
-      !> Velocities: (n).
-      type(jet_t), intent(in) :: v(:)
-      !> Time [s].
-      type(jet_t), intent(in) :: t
+      !> Coordinates, velocities and time.
+      type(jet_state_t), intent(in) :: at
       !> A v - b': (c - n_phi).
       type(jet_t), intent(out) :: value(:)
 
       value(:) = jet(not_supplied())
-      associate (unused_system => self, unused_coordinates => x, unused_velocities => v, unused_time => t)
+      associate (unused_system => self, unused_state => at)
       end associate
    end subroutine nonholonomic_not_supplied
 
    !> xdot = H(x) v; by default H = I. An extension with another H supplies `v_of_x_rate`, `displace` and `normalize` too.
-   subroutine rates_are_velocities(self, x, v, rate)
+   subroutine rates_are_velocities(self, at, rate)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates: (n_x).
-      type(jet_t), intent(in) :: x(:)
-      !> Velocities: (n).
-      type(jet_t), intent(in) :: v(:)
+      !> Coordinates and velocities.
+      type(jet_state_t), intent(in) :: at
       !> xdot: (n_x).
       type(jet_t), intent(out) :: rate(:)
 
-      if (size(rate) == size(v)) then
-         rate(:) = v
+      if (size(rate) == size(at%v)) then
+         rate(:) = at%v
       else
          rate(:) = jet(not_supplied())
       end if
-      associate (unused_system => self, unused_coordinates => x)
+      associate (unused_system => self)
       end associate
    end subroutine rates_are_velocities
 
    !> Potential energy.
-   subroutine potential_not_supplied(self, x, t, value)
+   subroutine potential_not_supplied(self, at, value)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates: (n_x).
-      type(jet_t), intent(in) :: x(:)
-      !> Time [s].
-      type(jet_t), intent(in) :: t
+      !> Coordinates and time.
+      type(jet_state_t), intent(in) :: at
       !> V [J].
       type(jet_t), intent(out) :: value
 
       value = jet(not_supplied())
-      associate (unused_system => self, unused_coordinates => x, unused_time => t)
+      associate (unused_system => self, unused_state => at)
       end associate
    end subroutine potential_not_supplied
 
    !> The mass matrix.
-   subroutine masses_not_supplied(self, x, t, m)
+   subroutine masses_not_supplied(self, at, m)
       !> The system.
       class(automatic_system_t), intent(in) :: self
-      !> Coordinates: (n_x).
-      type(jet_t), intent(in) :: x(:)
-      !> Time [s].
-      type(jet_t), intent(in) :: t
+      !> Coordinates and time.
+      type(jet_state_t), intent(in) :: at
       !> M: (n, n), symmetric; zero on entry.
       type(jet_t), intent(inout) :: m(:, :)
 
       m(1, 1) = jet(not_supplied())
-      associate (unused_system => self, unused_coordinates => x, unused_time => t)
+      associate (unused_system => self, unused_state => at)
       end associate
    end subroutine masses_not_supplied
 
@@ -271,8 +302,8 @@ contains
       integer, intent(in) :: what
       real(wp), intent(inout) :: value(:)
       real(wp), intent(inout), optional :: a(:, :)
-      type(jet_t) :: few(most_on_stack)
-      type(jet_t), allocatable :: many(:)
+      type(jet_t), target :: few(most_on_stack)
+      type(jet_t), allocatable, target :: many(:)
       integer :: velocities
 
       ! Velocities, and room for rates, are asked for where they are used.
@@ -293,19 +324,21 @@ contains
       class(automatic_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
       integer, intent(in) :: what, n_x, n_v, n_r
-      type(jet_t), intent(inout) :: x(n_x), v(n_v), r(n_r)
+      type(jet_t), intent(inout), target :: x(n_x), v(n_v), r(n_r)
       real(wp), intent(inout) :: value(:)
       real(wp), intent(inout), optional :: a(:, :)
-      type(jet_t) :: t
+      type(jet_state_t) :: there
       integer :: i, pass
 
-      t = still(at%t)
+      there%t = still(at%t)
+      there%x => x
+      there%v => v
       select case (what)
       case (of_values)
          do i = 1, n_x
             x(i) = still(at%x(i))
          end do
-         call self%phi(x, t, r(1:self%n_phi))
+         call self%phi(there, r(1:self%n_phi))
          do i = 1, self%n_phi
             value(i) = r(i)%v
          end do
@@ -316,8 +349,8 @@ contains
          do i = 1, n_v
             v(i) = still(0.0_wp)
          end do
-         t%d1 = 1.0_wp
-         call evaluate(self, x, v, t, r)
+         there%t%d1 = 1.0_wp
+         call evaluate(self, there, r)
          do i = 1, self%n_phi
             value(i) = -r(i)%d1
          end do
@@ -325,9 +358,9 @@ contains
             value(i) = -r(i)%v
          end do
       case (of_motion)
-         call set_moving(self, at, x, v, r)
-         t%d1 = 1.0_wp
-         call evaluate(self, x, v, t, r)
+         call set_moving(self, at, there, r)
+         there%t%d1 = 1.0_wp
+         call evaluate(self, there, r)
          do i = 1, self%n_phi
             value(i) = -r(i)%dd
          end do
@@ -336,14 +369,14 @@ contains
          end do
       case default
          do pass = 1, self%passes()
-            call set_columns(self, at, pass, x, v, r)
-            if (self%n_phi > 0) call self%phi(x, t, r(1:self%n_phi))
+            call set_columns(self, at, pass, there, r)
+            if (self%n_phi > 0) call self%phi(there, r(1:self%n_phi))
             if (self%n_phi < self%c) then
                ! These have the velocities' derivatives, and not the coordinates'.
                do i = 1, n_x
                   x(i) = still(at%x(i))
                end do
-               call self%nonholonomic(x, v, t, r(self%n_phi + 1:self%c))
+               call self%nonholonomic(there, r(self%n_phi + 1:self%c))
             end if
             call take_columns(self, directions*(pass - 1), r, value, a)
          end do
@@ -351,42 +384,45 @@ contains
    end subroutine differentiate_in
 
    !> All constraints.
-   subroutine evaluate(self, x, v, t, r)
+   subroutine evaluate(self, there, r)
       class(automatic_system_t), intent(in) :: self
-      type(jet_t), intent(in) :: x(:), v(:), t
+      type(jet_state_t), intent(in) :: there
       type(jet_t), intent(inout) :: r(:)
 
-      if (self%n_phi > 0) call self%phi(x, t, r(1:self%n_phi))
-      if (self%n_phi < self%c) call self%nonholonomic(x, v, t, r(self%n_phi + 1:self%c))
+      if (self%n_phi > 0) call self%phi(there, r(1:self%n_phi))
+      if (self%n_phi < self%c) call self%nonholonomic(there, r(self%n_phi + 1:self%c))
    end subroutine evaluate
 
    !> Coordinates along the motion with vdot = 0: {x, H v, (H v)'}.
-   subroutine set_moving(self, at, x, v, rate)
+   subroutine set_moving(self, at, there, rate)
       class(automatic_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
-      type(jet_t), intent(inout) :: x(:), v(:), rate(:)
+      type(jet_state_t), intent(in) :: there
+      type(jet_t), intent(inout) :: rate(:)
       integer :: i
 
-      do i = 1, size(v)
-         v(i) = still(at%v(i))
-      end do
-      if (self%plain_rates) then
-         do i = 1, size(x)
-            x(i) = moving(at%x(i), at%v(i))
+      associate (x => there%x, v => there%v)
+         do i = 1, size(v)
+            v(i) = still(at%v(i))
          end do
-      else
-         do i = 1, size(x)
-            x(i) = still(at%x(i))
-         end do
-         call self%kinematics(x, v, rate(1:size(x)))
-         do i = 1, size(x)
-            x(i) = moving(at%x(i), rate(i)%v)
-         end do
-         call self%kinematics(x, v, rate(1:size(x)))
-         do i = 1, size(x)
-            x(i)%dd = rate(i)%d1
-         end do
-      end if
+         if (self%plain_rates) then
+            do i = 1, size(x)
+               x(i) = moving(at%x(i), at%v(i))
+            end do
+         else
+            do i = 1, size(x)
+               x(i) = still(at%x(i))
+            end do
+            call self%kinematics(there, rate(1:size(x)))
+            do i = 1, size(x)
+               x(i) = moving(at%x(i), rate(i)%v)
+            end do
+            call self%kinematics(there, rate(1:size(x)))
+            do i = 1, size(x)
+               x(i)%dd = rate(i)%d1
+            end do
+         end if
+      end associate
    end subroutine set_moving
 
    !> How often the constraints are evaluated for all columns of A.
@@ -399,60 +435,58 @@ contains
    end function passes
 
    !> Coordinates {x, H e_j} and velocities {v, e_j}, of the columns of a pass.
-   subroutine set_columns(self, at, pass, x, v, rate)
+   subroutine set_columns(self, at, pass, there, rate)
       class(automatic_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
       integer, intent(in) :: pass
-      type(jet_t), intent(inout) :: x(:), v(:), rate(:)
+      type(jet_state_t), intent(in) :: there
+      type(jet_t), intent(inout) :: rate(:)
       integer :: i
 
-      if (allocated(self%seeds)) then
-         do i = 1, size(x)
-            x(i) = self%seeds(i, pass)
-            x(i)%v = at%x(i)
-         end do
-         do i = 1, size(v)
-            v(i) = self%seeds(i, pass)
-            v(i)%v = at%v(i)
-         end do
-      else
-         do i = 1, size(v)
-            v(i) = still(at%v(i))
-            if (allocated(self%direction)) then
-               call point(self%direction(i) - directions*(pass - 1), v(i))
-            else
-               call point(i - directions*(pass - 1), v(i))
-            end if
-         end do
-         call self%carry(at, x, v, rate)
-      end if
+      associate (x => there%x, v => there%v)
+         if (allocated(self%seeds)) then
+            do i = 1, size(x)
+               x(i) = self%seeds(i, pass)
+               x(i)%v = at%x(i)
+            end do
+            do i = 1, size(v)
+               v(i) = self%seeds(i, pass)
+               v(i)%v = at%v(i)
+            end do
+         else
+            do i = 1, size(v)
+               v(i) = still(at%v(i))
+               if (allocated(self%direction)) then
+                  call point(self%direction(i) - directions*(pass - 1), v(i))
+               else
+                  call point(i - directions*(pass - 1), v(i))
+               end if
+            end do
+            call self%carry(at, there, rate)
+         end if
+      end associate
    end subroutine set_columns
 
    !> Gives coordinates the derivatives that belong to those of the velocities.
-   subroutine carry(self, at, x, v, rate)
+   subroutine carry(self, at, there, rate)
       class(automatic_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
-      type(jet_t), intent(inout) :: x(:), rate(:)
-      type(jet_t), intent(in) :: v(:)
+      type(jet_state_t), intent(in) :: there
+      type(jet_t), intent(inout) :: rate(:)
       integer :: i
 
-      do i = 1, size(x)
-         x(i) = still(at%x(i))
-      end do
-      call self%kinematics(x, v, rate(1:size(x)))
-      do i = 1, size(x)
-         x(i) = rate(i)
-         x(i)%v = at%x(i)
-         x(i)%dd = 0.0_wp
-      end do
+      associate (x => there%x)
+         do i = 1, size(x)
+            x(i) = still(at%x(i))
+         end do
+         call self%kinematics(there, rate(1:size(x)))
+         do i = 1, size(x)
+            x(i) = rate(i)
+            x(i)%v = at%x(i)
+            x(i)%dd = 0.0_wp
+         end do
+      end associate
    end subroutine carry
-
-   !> Whether two jets have the same derivatives.
-   elemental logical function same_slopes(a, b)
-      type(jet_t), intent(in) :: a, b
-
-      same_slopes = .not. max(abs(a%d1 - b%d1), abs(a%d2 - b%d2), abs(a%d3 - b%d3), abs(a%d4 - b%d4)) > 0.0_wp
-   end function same_slopes
 
    !> Takes the columns of a pass from the constraints: those beyond `base` directions.
    subroutine take_columns(self, base, r, entries, a)
@@ -494,8 +528,8 @@ contains
       real(wp), intent(in) :: u(:)
       !> xdot: (n_x).
       real(wp), intent(out) :: value(:)
-      type(jet_t) :: few(most_on_stack)
-      type(jet_t), allocatable :: many(:)
+      type(jet_t), target :: few(most_on_stack)
+      type(jet_t), allocatable, target :: many(:)
 
       if (self%plain_rates) then
          value(:) = u
@@ -511,135 +545,26 @@ contains
       !> The same in the room that is given.
       subroutine x_rate_in(n_x, n, x, rate, v)
          integer, intent(in) :: n_x, n
-         type(jet_t), intent(inout) :: x(n_x), rate(n_x), v(n)
+         type(jet_t), intent(inout), target :: x(n_x), rate(n_x), v(n)
+         type(jet_state_t) :: there
          integer :: i
 
+         there%t = still(at%t)
+         there%x => x
+         there%v => v
          do i = 1, n_x
             x(i) = still(at%x(i))
          end do
          do i = 1, n
             v(i) = still(u(i))
          end do
-         call self%kinematics(x, v, rate)
+         call self%kinematics(there, rate)
          do i = 1, n_x
             value(i) = rate(i)%v
          end do
       end subroutine x_rate_in
 
    end subroutine x_rate
-
-   !> M as `masses` gives it.
-   subroutine mass_of_masses(self, at, m)
-      !> The system.
-      class(automatic_system_t), intent(in) :: self
-      !> The state.
-      type(state_t), intent(in) :: at
-      !> The mass matrix.
-      type(block_diagonal_t), intent(inout) :: m
-      type(jet_t) :: few(most_on_stack)
-      type(jet_t), allocatable :: many(:)
-
-      if (self%n_x + self%n**2 <= most_on_stack) then
-         call mass_in(self%n_x, self%n, few, few(self%n_x + 1:))
-      else
-         allocate (many(self%n_x + self%n**2))
-         call mass_in(self%n_x, self%n, many, many(self%n_x + 1:))
-      end if
-
-   contains
-
-      !> The same in the room that is given.
-      subroutine mass_in(n_x, n, x, k)
-         integer, intent(in) :: n_x, n
-         type(jet_t), intent(inout) :: x(n_x), k(n, n)
-         integer :: b, i
-
-         do i = 1, n_x
-            x(i) = still(at%x(i))
-         end do
-         k = still(0.0_wp)
-         call self%masses(x, still(at%t), k)
-         do b = 1, size(self%mass_blocks)
-            associate (one => m%first(b), last => m%first(b + 1) - 1)
-               call m%set_block(b, k(one:last, one:last)%v)
-            end associate
-         end do
-      end subroutine mass_in
-
-   end subroutine mass_of_masses
-
-   !> The forces that follow from the potential, -H^T dV/dx, and, where xdot = v, those of the changes of `masses`,
-   !! d(v^T M v/2)/dx - Mdot v; zero from what is not supplied. To be called from a `force` of one's own that adds to them.
-   subroutine lagrange_force(self, at, value)
-      !> The system.
-      class(automatic_system_t), intent(in) :: self
-      !> The state.
-      type(state_t), intent(in) :: at
-      !> f: (n).
-      real(wp), intent(out) :: value(:)
-      type(jet_t) :: few(most_on_stack)
-      type(jet_t), allocatable :: many(:)
-
-      if (2*self%n_x + self%n + self%n**2 <= most_on_stack) then
-         call force_in(self%n_x, self%n, few, few(self%n_x + 1:), few(2*self%n_x + 1:), few(2*self%n_x + self%n + 1:))
-      else
-         allocate (many(2*self%n_x + self%n + self%n**2))
-         call force_in(self%n_x, self%n, many, many(self%n_x + 1:), many(2*self%n_x + 1:), many(2*self%n_x + self%n + 1:))
-      end if
-
-   contains
-
-      !> The same in the room that is given.
-      subroutine force_in(n_x, n, x, rate, v, k)
-         integer, intent(in) :: n_x, n
-         type(jet_t), intent(inout) :: x(n_x), rate(n_x), v(n), k(n, n)
-         type(jet_t) :: energy, t
-         real(wp) :: changes, slope(directions)
-         logical :: plain
-         integer :: base, d, i, j
-
-         value(:) = 0.0_wp
-         changes = 0.0_wp
-         plain = n == n_x
-         ! The first direction is the motion's, direction j + 1 that of velocity j.
-         do base = 0, n, directions
-            do i = 1, n
-               v(i) = still(0.0_wp)
-               call point(i + 1 - base, v(i))
-               if (base == 0) v(i)%d1 = at%v(i)
-            end do
-            call self%carry(at, x, v, rate)
-            if (plain) plain = all(same_slopes(x, v))
-            t = still(at%t)
-            if (base == 0) t%d1 = 1.0_wp
-            call self%potential(x, t, energy)
-            if (.not. is_not_supplied(energy%v)) then
-               slope = [energy%d1, energy%d2, energy%d3, energy%d4]
-               do d = 1, directions
-                  i = base + d - 1
-                  if (i >= 1 .and. i <= n) value(i) = value(i) - slope(d)
-               end do
-            end if
-            k = still(0.0_wp)
-            call self%masses(x, t, k)
-            if (is_not_supplied(k(1, 1)%v)) cycle
-            slope = 0.0_wp
-            do j = 1, n
-               do i = 1, n
-                  if (base == 0) value(i) = value(i) - k(i, j)%d1*at%v(j)
-                  changes = max(changes, abs(k(i, j)%d1), abs(k(i, j)%d2), abs(k(i, j)%d3), abs(k(i, j)%d4))
-                  slope = slope + 0.5_wp*at%v(i)*at%v(j)*[k(i, j)%d1, k(i, j)%d2, k(i, j)%d3, k(i, j)%d4]
-               end do
-            end do
-            do d = 1, directions
-               i = base + d - 1
-               if (i >= 1 .and. i <= n) value(i) = value(i) + slope(d)
-            end do
-         end do
-         if (changes > 0.0_wp .and. .not. plain) value(:) = not_supplied()
-      end subroutine force_in
-
-   end subroutine lagrange_force
 
    !> A constant: what `jet` gives, compiled into what uses it.
    elemental function still(v) result(z)
@@ -656,27 +581,5 @@ contains
 
       z = jet_t(v, 0.0_wp, rate, 0.0_wp, 0.0_wp, 0.0_wp)
    end function moving
-
-   !> Kinetic and potential energy; not known without a `potential`.
-   function energy(self, at)
-      !> The system.
-      class(automatic_system_t), intent(in) :: self
-      !> The state.
-      type(state_t), intent(in) :: at
-      !> The energy [J].
-      real(wp) :: energy
-      type(block_diagonal_t) :: m
-      type(jet_t) :: potential
-      real(wp), allocatable :: momentum(:)
-
-      call self%potential(jet(at%x), jet(at%t), potential)
-      energy = ieee_value(energy, ieee_quiet_nan)
-      if (is_not_supplied(potential%v)) return
-      call m%init(self%mass_blocks)
-      call self%mass(at, m)
-      allocate (momentum(self%n))
-      call m%multiply(at%v, momentum)
-      energy = 0.5_wp*dot_product(at%v, momentum) + potential%v
-   end function energy
 
 end module taut_constrained_system_automatic

@@ -1,5 +1,8 @@
 !> What can be found out about an `automatic_system_t` by looking at it once.
-submodule(taut_constrained_system_automatic) taut_constrained_system_structure
+submodule(taut_constrained_system_automatic) taut_constrained_system_automatic_structure
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use taut_constrained_system, only: is_not_supplied
+   use taut_error, only: raise, to_text
    use taut_jet_number, only: doubt
    use taut_linalg_coloring, only: color_columns
    implicit none (type, external)
@@ -95,21 +98,29 @@ contains
       integer, intent(in) :: begin(:), color(:), colors
       integer, intent(inout) :: first(:)
       integer, allocatable, intent(inout) :: column(:)
-      type(jet_t), allocatable :: r(:), rate(:), v(:), x(:)
+      type(jet_t), allocatable :: r(:), rate(:)
+      type(jet_t), allocatable, target :: v(:), x(:)
+      type(jet_state_t) :: there
       logical, allocatable :: depends(:)
       real(wp) :: slope(directions)
       integer :: base, d, i, k, kept, next, p
 
       allocate (x(self%n_x), rate(self%n_x), v(self%n), r(self%c), depends(size(column)))
+      there%t = jet(at%t)
+      there%x => x
+      there%v => v
       depends = .false.
       do base = 0, colors - 1, directions
-         v = jet(at%v)
+         v(:) = jet(at%v)
          do p = 1, size(color)
             call doubt(color(p) - base, v(begin(p):begin(p + 1) - 1))
          end do
-         call self%carry(at, x, v, rate)
-         if (self%n_phi > 0) call self%phi(x, jet(at%t), r(1:self%n_phi))
-         if (self%n_phi < self%c) call self%nonholonomic(jet(at%x), v, jet(at%t), r(self%n_phi + 1:self%c))
+         call self%carry(at, there, rate)
+         if (self%n_phi > 0) call self%phi(there, r(1:self%n_phi))
+         if (self%n_phi < self%c) then
+            x(:) = jet(at%x)
+            call self%nonholonomic(there, r(self%n_phi + 1:self%c))
+         end if
          do i = 1, self%c
             slope = [r(i)%d1, r(i)%d2, r(i)%d3, r(i)%d4]
             do k = first(i), first(i + 1) - 1
@@ -136,18 +147,23 @@ contains
    logical function rates_are_plain(self, at)
       class(automatic_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
-      type(jet_t), allocatable :: rate(:), v(:), x(:)
+      type(jet_t), allocatable :: rate(:)
+      type(jet_t), allocatable, target :: v(:), x(:)
+      type(jet_state_t) :: there
       integer :: i
 
       rates_are_plain = self%n_x == self%n
       if (.not. rates_are_plain) return
       allocate (x(self%n_x), rate(self%n_x), v(self%n))
+      there%t = jet(at%t)
+      there%x => x
+      there%v => v
       do i = 1, self%n
          x(i) = jet(at%x(i))
          call doubt(1, x(i))
          v(i) = jet(real(i, wp) + 0.5_wp)
       end do
-      call self%kinematics(x, v, rate)
+      call self%kinematics(there, rate)
       rates_are_plain = .not. any(ieee_is_nan(rate%d1) .or. abs(rate%v - v%v) > 0.0_wp)
    end function rates_are_plain
 
@@ -155,24 +171,31 @@ contains
    logical function depends_on_time(self, at)
       class(automatic_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
-      type(jet_t) :: r(self%n_phi), t
+      type(jet_t) :: r(self%n_phi)
+      type(jet_t), target :: x(self%n_x)
+      type(jet_state_t) :: there
 
-      t = jet(at%t)
-      call doubt(1, t)
-      call self%phi(jet(at%x), t, r)
+      x = jet(at%x)
+      there%x => x
+      there%t = jet(at%t)
+      call doubt(1, there%t)
+      call self%phi(there, r)
       depends_on_time = any(ieee_is_nan(r%d1))
    end function depends_on_time
 
    !> What is missing; constraints that are not linear in the velocities; a mass matrix that changes and must not.
    module procedure check_at
-      type(jet_t), allocatable :: r(:), v(:), x(:)
-      type(jet_t) :: t
+      type(jet_t), allocatable :: r(:)
+      type(jet_t), allocatable, target :: v(:), x(:)
+      type(jet_state_t) :: there
       integer :: i
 
       allocate (x(self%n_x), v(self%n), r(self%c))
-      t = jet(at%t)
-      x = jet(at%x)
-      call self%phi(x, t, r(1:self%n_phi))
+      x(:) = jet(at%x)
+      there%t = jet(at%t)
+      there%x => x
+      there%v => v
+      call self%phi(there, r(1:self%n_phi))
       if (any(is_not_supplied(r(1:self%n_phi)%v))) then
          call self%constraint(at, r(1:self%n_phi)%v)
          if (any(is_not_supplied(r(1:self%n_phi)%v))) &
@@ -183,7 +206,7 @@ contains
          v(i) = jet(at%v(i), 1.0_wp/(1.0_wp + 0.37_wp*i), 0.0_wp)
       end do
       associate (rows => r(self%n_phi + 1:self%c))
-         call self%nonholonomic(x, v, t, rows)
+         call self%nonholonomic(there, rows)
          do i = 1, size(rows)
             if (is_not_supplied(rows(i)%v)) then
                call need_rows(self, at, error)
@@ -215,25 +238,33 @@ contains
       type(state_t), intent(in) :: at
       type(error_t), allocatable, intent(inout) :: error
       type(block_diagonal_t) :: m
-      type(jet_t), allocatable :: k(:, :), x(:)
-      type(jet_t) :: t
+      type(jet_t), allocatable :: k(:, :)
+      type(jet_t), allocatable, target :: x(:)
+      type(jet_state_t) :: there
       integer :: i
 
+      if (allocated(self%diagonal_mass)) then
+         if (size(self%diagonal_mass) /= self%n) &
+            call raise(error, here, 'its diagonal_mass has '//to_text(size(self%diagonal_mass))//' entries', &
+                       'give one for each of its '//to_text(self%n)//' velocities')
+         return
+      end if
       allocate (k(self%n, self%n))
       k = jet(0.0_wp)
       x = jet(at%x)
-      t = jet(at%t)
+      there%t = jet(at%t)
+      there%x => x
       do i = 1, self%n_x
          call doubt(1, x(i))
       end do
-      call doubt(1, t)
-      call self%masses(x, t, k)
+      call doubt(1, there%t)
+      call self%masses(there, k)
       if (is_not_supplied(k(1, 1)%v)) then
          call m%init(self%mass_blocks)
          m%values(:) = 0.0_wp
          call self%mass(at, m)
          if (any(is_not_supplied(m%values))) &
-            call raise(error, here, 'it has no mass matrix', 'supply mass, or masses with jets')
+            call raise(error, here, 'it has no mass matrix', 'supply diagonal_mass, mass, or masses with jets')
       else if (any(ieee_is_nan(k%d1))) then
          if (self%constant_mass) &
             call raise(error, here, 'its masses depend on coordinates or time, and it says that M never changes', &
@@ -255,4 +286,4 @@ contains
                     'supply force, with the terms that the velocities'' definition adds')
    end subroutine check_own_force
 
-end submodule taut_constrained_system_structure
+end submodule taut_constrained_system_automatic_structure
