@@ -1,6 +1,8 @@
 """Reads the CSV files that the programs write into numpy arrays."""
 
 import csv
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -16,6 +18,19 @@ REACHED_END = "reached-end"
 LAST_FILES = ("summary.csv", "frequencies.csv")
 # What mends results that are missing or damaged.
 REPRODUCE = "run scripts/reproduce first"
+# Who listens to which files are read.
+_listening: list[set[Path]] = []
+
+
+@contextmanager
+def recording() -> Iterator[set[Path]]:
+    """Gives a set that gathers the files of results that are read inside."""
+    files: set[Path] = set()
+    _listening.append(files)
+    try:
+        yield files
+    finally:
+        _listening.remove(files)
 
 
 @dataclass(frozen=True)
@@ -158,6 +173,8 @@ def last_file(folder: Path) -> Path | None:
 
 def read_table(path: Path, *, rows_needed: bool = True, remedy: str = REPRODUCE) -> Table:
     """Returns a CSV file of a program; the remedy is what to do about one that is missing or damaged."""
+    for files in _listening:
+        files.add(path)
     try:
         with path.open(newline="", encoding="utf-8") as file:
             header, *rows = list(csv.reader(file)) or [[]]
@@ -173,6 +190,8 @@ def read_table(path: Path, *, rows_needed: bool = True, remedy: str = REPRODUCE)
 
 def read_run(path: Path, *, remedy: str = REPRODUCE) -> Run:
     """Returns a history; every entry must be a number."""
+    for files in _listening:
+        files.add(path)
     try:
         stat = path.stat()
     except OSError:

@@ -54,6 +54,7 @@ BASELINE = {
 PRESENT = {
     "1b": Swung(69000, 0.69, 2.8e-4, phi=1e-14, raw=1e-14, h=1e-5),
     "1b_uncapped": Swung(31667, 0.69, h=2.1e-5),
+    "1b_uncapped_long": Swung(200178, h_after=2e-8, energy=1.2e9),
     "1b_long": Swung(56522, 1.0, h=1.7e-5),
     "2b": Swung(18728, off=1.5e-3),
     "2b_tight": Swung(175918, off=1.5e-3),

@@ -5,11 +5,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helicopter_results import FLAP, MODEL, PENALTY, PRESENT, TIGHT, Blade, pitch, write_helicopter
+from helicopter_results import (
+    FLAP,
+    MODEL,
+    PENALTY,
+    PRESENT,
+    TIGHT,
+    Blade,
+    pitch,
+    write_blade,
+    write_helicopter,
+)
 from PIL import Image
 
 from taut import style
 from taut.errors import TautError
+from taut.report import judgment
 from taut.report.document import Claim, Verdict
 from taut.report.helicopter import chapter as helicopter_chapter
 from taut.report.helicopter import claims as helicopter_claims
@@ -72,13 +83,26 @@ def test_the_third_harmonic_is_that_of_the_exact_link() -> None:
 
 
 def test_the_paper_s_statements_on_results_like_taut_s(results: Results) -> None:
-    verdicts = [claim.verdict for claim in helicopter_claims.helicopter_claims(results)]
+    claims = judgment.judged(helicopter_claims.CLAIMS, results)
     yes, condition, no = Verdict.YES, Verdict.CONDITION, Verdict.NO
-    expected = [yes, condition, condition, condition, yes, yes, yes, yes, no, yes, yes, yes, condition]
-    assert verdicts == expected
-    assert all(
-        claim.because for claim in helicopter_claims.helicopter_claims(results) if claim.verdict is not yes
-    )
+    expected = {
+        "constraint_steps": yes,
+        "penalty_steps": condition,
+        "comparable": condition,
+        "stiffer": condition,
+        "soft_frequency": yes,
+        "soft_rates": condition,
+        "soft_violation": condition,
+        "no_drift": yes,
+        "baseline_drift": condition,
+        "oscillation": condition,
+        "unloaded": yes,
+        "second_harmonic": no,
+        "multiplier": condition,
+    }
+    names = [row.judge.__name__ for row in helicopter_claims.CLAIMS]
+    assert dict(zip(names, (claim.verdict for claim in claims), strict=True)) == expected
+    assert all(claim.because for claim in claims if claim.verdict is not yes)
 
 
 def test_step_counts(tmp_path: Path) -> None:
@@ -87,7 +111,7 @@ def test_step_counts(tmp_path: Path) -> None:
     claim = judged(
         tmp_path, helicopter_claims.penalty_steps, figure10={"penalty": replace(PENALTY, steps=690)}
     )
-    assert claim.verdict is Verdict.YES
+    assert claim.because == "counting accepted steps, with an honest error test"
     claim = judged(
         tmp_path, helicopter_claims.penalty_steps, figure10={"penalty": replace(PENALTY, steps=900)}
     )
@@ -104,7 +128,7 @@ def test_a_stiffer_control_system_that_converges(tmp_path: Path) -> None:
 
 def test_drift(tmp_path: Path) -> None:
     claim = judged(tmp_path, helicopter_claims.no_drift, figure10={"penalty": replace(PENALTY, drift=5e-3)})
-    assert claim.verdict is Verdict.NO
+    assert claim.verdict is Verdict.CONDITION and claim.because == "at a strict tolerance"
     claim = judged(tmp_path, helicopter_claims.baseline_drift, figure10={"baseline": PRESENT})
     assert claim.verdict is Verdict.NO
 
@@ -120,10 +144,18 @@ def test_a_multiplier_that_is_not_small(tmp_path: Path) -> None:
     assert claim.verdict is Verdict.NO
 
 
+def test_an_automatic_first_step_is_a_condition(tmp_path: Path) -> None:
+    root = write_helicopter(tmp_path)
+    write_blade(root, "figure10_automatic", {"baseline": Blade(203), "present": Blade(203)})
+    claim = helicopter_claims.constraint_steps(Results(root))
+    assert claim.verdict is Verdict.CONDITION and "automatic" not in claim.because
+    assert "203 and 203 with an automatic first step" in claim.taut
+
+
 def test_a_soft_control_system(tmp_path: Path) -> None:
     same = {"penalty": TIGHT}
     claim = judged(tmp_path, helicopter_claims.soft_frequency, soft_control_tight=same)
-    assert claim.verdict is Verdict.NO
+    assert claim.verdict is Verdict.CONDITION and claim.because == "at the paper’s tolerance"
     claim = judged(tmp_path, helicopter_claims.soft_rates, soft_control={"penalty": PENALTY})
     assert claim.verdict is Verdict.NO
     large = {"penalty": Blade(263, 66, 2e-2, 5.6)}

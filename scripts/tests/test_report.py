@@ -4,6 +4,8 @@ import html
 import re
 import subprocess
 import sys
+import tomllib
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -13,10 +15,10 @@ from swing_results import write_swing
 
 from taut.errors import TautError
 from taut.formats import energy_label, listed, number
-from taut.report import cases
-from taut.report import page as report
-from taut.report.document import Claim, Table, Verdict
+from taut.report import cases, page
+from taut.report.document import Claim, Held, Table, Verdict
 from taut.report.helicopter import chapter as helicopter_chapter
+from taut.report.judgment import HONEST, SIGNED
 from taut.report.pendulum import chapter as pendulum_chapter
 from taut.report.pendulum import claims, claims_energy
 from taut.report.pendulum.measures import PERIOD, period, tension_error
@@ -32,8 +34,8 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
 
 
 @pytest.fixture(scope="module")
-def document(results: Results) -> report.Report:
-    return report.build(results)
+def document(results: Results) -> page.Report:
+    return page.build(results)
 
 
 def judged(tmp_path: Path, judge, *arguments: object, **changed: dict[str, Made]) -> Claim:  # noqa: ANN001
@@ -59,8 +61,10 @@ def test_step_counts_met_by_both_tests_need_no_condition(tmp_path: Path) -> None
 
 def test_compliance_is_lost_above_the_tolerance(results: Results, tmp_path: Path) -> None:
     assert claims.compliance(results).verdict is Verdict.YES
-    claim = judged(tmp_path, claims.compliance, figure2={"present": Made(790, 0.0, 2e-12)})
-    assert claim.verdict is Verdict.NO
+    off = {"present": Made(790, 0.0, 2e-12)}
+    claim = judged(tmp_path, claims.compliance, figure2=off)
+    assert claim.verdict is Verdict.CONDITION and claim.because == HONEST
+    assert judged(tmp_path, claims.compliance, figure2=off, figure2_standard=off).verdict is Verdict.NO
 
 
 def test_energy_per_period_is_judged_by_its_worst_period(results: Results, tmp_path: Path) -> None:
@@ -79,7 +83,8 @@ def test_a_reduction_and_the_other_methods(results: Results, tmp_path: Path) -> 
     gain = {m: Made(200, 0.01) for m in ("present", "baseline", "baumgarte")}
     changed = Results(write_all(tmp_path, figure1=gain))
     assert claims_energy.reduction(changed).verdict is Verdict.NO
-    assert claims_energy.unlike_the_others(changed).verdict is Verdict.YES
+    claim = claims_energy.unlike_the_others(changed)
+    assert claim.verdict is Verdict.CONDITION and claim.because == SIGNED
 
 
 def test_tightening(results: Results, tmp_path: Path) -> None:
@@ -95,22 +100,78 @@ def test_braun_goldfarb_between_two_values_of_dt(results: Results, tmp_path: Pat
     assert judged(tmp_path, claims.tight_braun_goldfarb, options2=few).verdict is Verdict.NO
 
 
-def test_larger_gains_only_where_they_were_run(results: Results, tmp_path: Path) -> None:
-    assert claims.larger_gains(results) == ()
-    write_case(
-        tmp_path,
-        "gains",
-        {"baumgarte-2": Made(743, 0, 6e-10, 9e-10), "baumgarte-50": Made(5293, 0, 2e-11, 1e-9)},
+def test_larger_gains_at_both_settings(tmp_path: Path) -> None:
+    good = {"baumgarte-2": Made(743, 0, 6e-10, 9e-10), "baumgarte-50": Made(5293, 0, 2e-11, 1e-9)}
+    bad = {"baumgarte-2": Made(743, 0, 6e-10, 9e-10), "baumgarte-50": Made(700, 0, 2e-9, 1e-9)}
+    for loose, tight, verdict in (
+        (good, good, Verdict.YES),
+        (bad, good, Verdict.CONDITION),
+        (bad, bad, Verdict.NO),
+    ):
+        write_case(tmp_path, "gains_figure1", loose)
+        write_case(tmp_path, "gains", tight)
+        claim = claims.larger_gains(Results(tmp_path))
+        assert claim.verdict is verdict and f"743 → {5293 if tight is good else 700:,}" in claim.taut
+        assert ("shrink" in claim.because and "steps" in claim.because) == (verdict is not Verdict.YES)
+
+
+def test_a_condition_cannot_be_lost() -> None:
+    one, two = Held("with a cap", True), Held("without a cap", False)
+    claim = Claim("It moves.", "It does.", (one,), (two,), otherwise="it does not")
+    assert (claim.verdict, claim.because) == (Verdict.CONDITION, "with a cap")
+    assert Claim("It moves.", "It does.", (one,), (one,)).verdict is Verdict.YES
+    claim = Claim("It moves.", "It does.", (two,), (two,), otherwise="it does not")
+    assert (claim.verdict, claim.because) == (Verdict.NO, "it does not")
+    assert Claim("It moves.", "It does.").verdict is Verdict.NOT_YET
+    # A verdict cannot be given, and where there are several settings each has its words.
+    assert not {"verdict", "because"} & {field.name for field in fields(Claim)}
+    with pytest.raises(ValueError, match="does not name each"):
+        Claim("It moves.", "It does.", (Held("", True),), (two,))
+
+
+def test_every_condition_is_where_the_statement_is_met(document: page.Report) -> None:
+    claims = [claim for chapter in document.chapters for claim in chapter.claims]
+    conditions = [claim for claim in claims if claim.verdict is Verdict.CONDITION]
+    assert conditions
+    text, html_page = page.plain(document, 2000), html.unescape(page.html(document, Path()))
+    for claim in conditions:
+        for held in claim.held:
+            assert (held.settings in claim.because) == held.met, claim.paper
+        assert claim.because.replace("\u00a0", " ") in text
+        assert page._rich(claim.because) in html_page
+    assert all(claim.otherwise for claim in claims if claim.verdict is Verdict.NO)
+
+
+def test_each_row_says_which_files_its_numbers_come_from(document: page.Report, results: Results) -> None:
+    chapters = {chapter.title: chapter for chapter in document.chapters}
+    steps = next(claim for claim in chapters["Simple pendulum"].claims if claim.paper.startswith("About 200"))
+    assert steps.files == (
+        results.root / "figure1" / "summary.csv",
+        results.root / "figure1_standard" / "summary.csv",
     )
-    (claim,) = claims.larger_gains(Results(tmp_path))
-    assert claim.verdict is Verdict.YES and "743 → 5,293" in claim.taut
-    write_case(
-        tmp_path,
-        "gains",
-        {"baumgarte-2": Made(743, 0, 6e-10, 9e-10), "baumgarte-50": Made(700, 0, 2e-9, 1e-9)},
-    )
-    (claim,) = claims.larger_gains(Results(tmp_path))
-    assert claim.verdict is Verdict.NO and "shrink" in claim.because and "steps" in claim.because
+    rows = [claim for chapter in document.chapters for claim in chapter.claims if claim.held]
+    assert all(claim.files for claim in rows)
+
+
+def test_figures_follow_the_rows_that_are_read_from_them(document: page.Report) -> None:
+    for chapter in document.chapters:
+        groups = chapter.groups
+        assert [claim for group in groups for claim in group.claims] == list(chapter.claims)
+        shown = [*chapter.opening, *(figure for group in groups for figure in group.figures)]
+        assert sorted(shown, key=str) == sorted(chapter.figures, key=str)
+        for group in groups:
+            for figure in group.figures:
+                assert group.claims[-1].figure == figure.path.stem
+    titles = [figure.title for chapter in document.chapters for figure in chapter.figures]
+    numbered = [title for title in titles if title.startswith("Figure")]
+    assert len(set(numbered)) == len(numbered)
+
+
+def test_the_page_says_what_it_was_made_of(document: page.Report) -> None:
+    version = tomllib.loads((SCRIPTS.parent / "fpm.toml").read_text())["version"]
+    assert document.made.startswith(f"taut {version}, ")
+    assert re.search(r"results of \d{4}-\d\d-\d\d$", document.made)
+    assert document.made in page.html(document, Path()) and document.made in page.plain(document)
 
 
 def test_closed_forms_on_an_exact_run(results: Results, tmp_path: Path) -> None:
@@ -123,50 +184,56 @@ def test_closed_forms_on_an_exact_run(results: Results, tmp_path: Path) -> None:
     lines = path.read_text().splitlines()
     lines[5:] = [re.sub(r"^[^,]+", lambda t: str(1.001 * float(t[0])), line) for line in lines[5:]]
     path.write_text("\n".join(lines))
-    assert claims.closed_period(Results(tmp_path)).verdict is Verdict.NO
+    claim = claims.closed_period(Results(tmp_path))
+    assert claim.verdict is Verdict.CONDITION and claim.because == "at the loose tolerance"
 
 
-def test_the_page_holds_every_table_and_figure_and_needs_nothing_else(document: report.Report) -> None:
-    page = report.html(document)
-    assert not re.search(r"https?://|<script|<link|@import|url\(", page)
+def test_the_page_holds_every_table_and_figure_and_needs_nothing_else(document: page.Report) -> None:
+    whole = page.html(document, Path())
+    assert not re.search(r"https?://|<script|<link|@import|url\(", whole)
     blocks = [
         block for chapter in document.chapters for section in chapter.sections for block in section.blocks
     ]
     tables = [block for block in blocks if isinstance(block, Table)]
-    assert page.count("<table") == len(tables) + len(document.chapters)
-    assert page.count('src="data:image/png;base64,') == 13
-    assert page.count('src="data:image/gif;base64,') == 2
-    assert "prefers-color-scheme: dark" in page and "@media print" in page
+    rows = sum(len(chapter.groups) + bool(chapter.checks) for chapter in document.chapters)
+    assert whole.count("<table") == len(tables) + rows
+    assert whole.count('src="data:image/png;base64,') == 13
+    assert whole.count('src="data:image/gif;base64,') == 2
+    assert "prefers-color-scheme: dark" in whole and "@media print" in whole
 
 
-def test_text_and_page_have_the_same_numbers(document: report.Report) -> None:
-    page = re.sub(r"<style>.*?</style>|<[^>]*>", " ", report.html(document), flags=re.S)
+def test_text_and_page_have_the_same_numbers(document: page.Report) -> None:
+    plain_page = re.sub(r"<style>.*?</style>|<[^>]*>", " ", page.html(document, Path()), flags=re.S)
     # Wide enough that no cell is wrapped.
-    text = report.plain(document, 2000)
+    text = page.plain(document, 2000)
     words = re.compile(r"[+−]?\d[\d.,]*\d|\d")
-    clean = html.unescape(page).replace("\u00a0", " ")
+    clean = html.unescape(plain_page).replace("\u00a0", " ")
     assert set(words.findall(clean)) == set(words.findall(re.sub(r"\S*\.(pdf|gif)", "", text)))
 
 
-def test_the_text_keeps_to_its_width(document: report.Report) -> None:
-    lines = report.plain(document).splitlines()
-    assert max(len(line) for line in lines if not line.endswith((".pdf", ".gif"))) <= report.WIDTH
-    assert lines[0] == report.TITLE and "The paper says" in "\n".join(lines[:12])
+def test_the_text_keeps_to_its_width(document: page.Report) -> None:
+    lines = page.plain(document).splitlines()
+    assert max(len(line) for line in lines if not line.endswith((".pdf", ".gif"))) <= page.WIDTH
+    assert lines[0] == page.TITLE and "The paper says" in "\n".join(lines[:14])
 
 
 def test_a_run_that_ended_early_is_told(tmp_path: Path) -> None:
     early = {"baseline": Made(206, -0.027, status="max-steps")}
-    built = report.build(Results(write_all(tmp_path, figure1=early)))
+    built = page.build(Results(write_all(tmp_path, figure1=early)))
     warning = "In case figure1 these runs did not reach the end: baseline (max-steps)."
     assert built.chapters[0].warnings == (warning,)
-    assert warning in report.html(built) and warning in report.plain(built)
+    assert warning in page.html(built, tmp_path) and warning in page.plain(built)
 
 
 def test_the_script_writes_both_and_prints_the_text(results: Results) -> None:
     command = [sys.executable, str(SCRIPTS / "report"), "--results", str(results.root)]
     ended = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=True)
-    assert ended.stdout.splitlines()[-1].startswith("report: ")
-    assert "reproduced" in ended.stdout
+    *_, where, tally = ended.stdout.splitlines()
+    assert where.startswith("report: ") and re.fullmatch(r"✓ \d+ reproduced .* ○ 1 not yet", tally)
+    quiet = subprocess.run(
+        [*command, "--quiet"], capture_output=True, text=True, encoding="utf-8", check=True
+    )
+    assert quiet.stdout.splitlines() == [where, tally]
     assert (results.root / "report.html").stat().st_size > 100_000 and (results.root / "report.txt").exists()
 
 

@@ -1,18 +1,23 @@
 """Builds the report from the chapters and renders it as one HTML page and as text for the terminal."""
 
 import base64
+import os
 import re
 import shutil
+import subprocess
 import textwrap
+import tomllib
+from datetime import UTC, datetime
 from pathlib import Path
 
 import jinja2
 from markupsafe import Markup, escape
 
+from taut.bootstrap import ROOT
 from taut.formats import NBSP, listed
-from taut.report.document import Figure, Paragraph, Report, Table
+from taut.report.document import Claim, Figure, Held, Paragraph, Report, Table, Verdict
 from taut.report.problems import PROBLEMS, with_results
-from taut.results import Results
+from taut.results import LAST_FILES, Results
 
 TITLE = "taut: the paper says, taut gives"
 LEAD = (
@@ -20,8 +25,12 @@ LEAD = (
     "Computational Mechanics 47 (2011), that a run can confirm or refute, beside what the runs of taut "
     "give. Every number of taut’s is computed from the CSV files of its runs."
 )
-CLAIMS_HEADER = ("The paper says", "taut gives", "Verdict")
-WIDTH = 110
+CLAIMS_HEADER = ("The paper says", "taut gives", "Paper’s settings", "Strict settings", "Verdict")
+GALLERY = (
+    "Each shipped case of `mechanism` at a time of its motion, with earlier positions and traces; "
+    "`scripts/animate` draws any mechanism so."
+)
+WIDTH = 130
 
 
 def build(results: Results) -> Report:
@@ -41,13 +50,34 @@ def build(results: Results) -> Report:
         if problem not in problems
     ]
     lead = LEAD + f" Left out, for want of results: {listed(left_out)}." * bool(left_out)
-    return Report(TITLE, lead, chapters)
+    return Report(TITLE, lead, chapters, made(results), gallery(results))
+
+
+def made(results: Results) -> str:
+    """Returns the version of taut, its commit where there is one, and the day of the newest results."""
+    version = tomllib.loads((ROOT / "fpm.toml").read_text(encoding="utf-8"))["version"]
+    asked = ["git", "-C", str(ROOT), "describe", "--always", "--dirty"]
+    try:
+        commit = subprocess.run(asked, capture_output=True, text=True, check=False).stdout.strip()
+    except OSError:
+        commit = ""
+    newest = max(path.stat().st_mtime for name in LAST_FILES for path in results.root.glob(f"*/{name}"))
+    day = datetime.fromtimestamp(newest, UTC)
+    return ", ".join(
+        filter(None, (f"taut {version}", commit and f"commit {commit}", f"results of {day:%Y-%m-%d}"))
+    )
+
+
+def gallery(results: Results) -> Figure | None:
+    """Returns the picture of all mechanisms if it has been drawn."""
+    path = results.root / "figures" / "gallery" / "gallery.png"
+    return Figure("Mechanisms", path, GALLERY) if path.is_file() else None
 
 
 def write(report: Report, folder: Path) -> tuple[Path, Path]:
     """Writes report.html and report.txt and returns their paths."""
     page, text = folder / "report.html", folder / "report.txt"
-    page.write_text(html(report), encoding="utf-8")
+    page.write_text(html(report, folder), encoding="utf-8")
     text.write_text(plain(report), encoding="utf-8")
     return page, text
 
@@ -55,8 +85,8 @@ def write(report: Report, folder: Path) -> tuple[Path, Path]:
 # --- HTML
 
 
-def html(report: Report) -> str:
-    """Returns the report as a page that needs no other file."""
+def html(report: Report, folder: Path) -> str:
+    """Returns the report as a page for a folder: it needs no other file, but links to the figures there."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
@@ -64,12 +94,38 @@ def html(report: Report) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"rich": _rich, "embed": _embed}
+    environment.filters |= {
+        "rich": _rich,
+        "embed": _embed,
+        "beside": lambda path: _beside(path, folder),
+        "cases": _cases,
+        "held": _held,
+    }
     environment.tests |= {
         kind.__name__.lower(): lambda block, kind=kind: isinstance(block, kind)
         for kind in (Paragraph, Table, Figure)
     }
     return environment.get_template("page.html.jinja").render(report=report, header=CLAIMS_HEADER)
+
+
+def _beside(path: Path, folder: Path) -> str:
+    """Returns how a page in a folder refers to a file."""
+    return os.path.relpath(path, folder)
+
+
+def _cases(files: tuple[Path, ...]) -> str:
+    """Returns the files that numbers come from, those of one case together."""
+    cases: dict[str, list[str]] = {}
+    for path in files:
+        cases.setdefault(path.parent.name, []).append(path.name)
+    return "; ".join(f"{case}: {', '.join(names)}" for case, names in cases.items())
+
+
+def _held(held: tuple[Held, ...]) -> str:
+    """Returns where a statement is met and where not."""
+    return "; ".join(
+        f"{(Verdict.YES if one.met else Verdict.NO).sign} {one.settings}".strip() for one in held
+    )
 
 
 def _rich(text: str) -> Markup:
@@ -87,22 +143,19 @@ def _embed(path: Path) -> str:
 
 def plain(report: Report, width: int = WIDTH) -> str:
     """Returns the report as text of so many columns."""
-    lines = [report.title, "=" * len(report.title), "", *_fill(report.lead, width), ""]
-    lines += ["   ".join(f"{verdict.sign} {number} {verdict.word}" for verdict, number in report.tally()), ""]
+    lines = [report.title, "=" * len(report.title), "", report.made, "", *_fill(report.lead, width), ""]
+    lines += [report.tally_line(), ""]
     for chapter in report.chapters:
         lines += [f"{chapter.title}, {chapter.reference}", ""]
         for warning in chapter.warnings:
             lines += [*_fill(f"Warning: {warning}", width), ""]
-        rows = [
-            (
-                claim.paper,
-                claim.taut,
-                f"{claim.verdict.sign} {claim.verdict.word}" + (f": {claim.because}" * bool(claim.because)),
-            )
-            for claim in chapter.claims
-        ]
-        lines += [*_columns((CLAIMS_HEADER, *rows), 3, width, gap=True), ""]
+        lines += [*_rows(chapter.claims, width), ""]
+        if chapter.checks:
+            lines += [f"{chapter.title}: closed forms, of which the paper says nothing", ""]
+            lines += [*_rows(chapter.checks, width), ""]
     for chapter in report.chapters:
+        for figure in chapter.figures:
+            lines += [*_figure(figure, width), ""]
         for section in chapter.sections:
             title = f"{chapter.title}: {section.title}"
             lines += ["", title, "-" * len(title), ""]
@@ -113,11 +166,33 @@ def plain(report: Report, width: int = WIDTH) -> str:
                     lines += [*_fill(block.caption, width), ""]
                     lines += _columns((block.header, *block.rows), block.text_columns, width)
                 else:
-                    lines += _fill(f"{block.title}. {block.caption}", width)
-                    pdf = block.path.with_suffix(".pdf")
-                    lines.append(f"  {pdf if block.path.suffix == '.png' else block.path}")
+                    lines += _figure(block, width)
                 lines.append("")
+    if report.gallery:
+        lines += _figure(report.gallery, width)
     return "\n".join(line.rstrip() for line in lines).replace(NBSP, " ").rstrip() + "\n"
+
+
+def _rows(claims: tuple[Claim, ...], width: int) -> list[str]:
+    """Returns a table of statements."""
+    rows = [
+        (
+            claim.paper,
+            f"{claim.taut} [{_cases(claim.files)}]" if claim.files else claim.taut,
+            _held(claim.at_paper),
+            _held(claim.strict),
+            f"{claim.verdict.sign} {claim.verdict.word}" + (f": {claim.because}" * bool(claim.because)),
+        )
+        for claim in claims
+    ]
+    return _columns((CLAIMS_HEADER, *rows), len(CLAIMS_HEADER), width, gap=True)
+
+
+def _figure(figure: Figure, width: int) -> list[str]:
+    """Returns a figure's title and caption, and where it is."""
+    pdf = figure.path.with_suffix(".pdf")
+    path = pdf if pdf.is_file() else figure.path
+    return [*_fill(f"{figure.title}. {figure.caption}", width), f"  {path}"]
 
 
 def _fill(text: str, width: int) -> list[str]:

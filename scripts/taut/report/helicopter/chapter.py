@@ -5,8 +5,9 @@ import numpy as np
 from taut.formats import count, listed, number
 from taut.report.document import Chapter, Figure, Paragraph, Section, Table
 from taut.report.helicopter import figures as helicopter
-from taut.report.helicopter.claims import OLD, PAPER, SOFT, STIFF, TIGHT, helicopter_claims
+from taut.report.helicopter.claims import CLAIMS, OLD, PAPER, SOFT, STIFF, TIGHT
 from taut.report.helicopter.measures import dominant_frequency, largest
+from taut.report.judgment import judged
 from taut.results import Results
 
 CASES = (
@@ -64,9 +65,9 @@ def build(results: Results) -> Chapter:
     return Chapter(
         title="Helicopter blade",
         reference="Sect. 4.3",
-        claims=helicopter_claims(results),
+        claims=judged(CLAIMS, results),
+        figures=figures,
         sections=(
-            Section("Figures", figures),
             Section("Table 3", table_3(results)),
             Section("The price of stiffness", stiffness(results)),
             Section("What the paper leaves open", left_open(results)),

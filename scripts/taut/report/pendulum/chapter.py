@@ -1,9 +1,10 @@
 """The pendulum's chapter of the report: claims, figures and what the paper leaves open."""
 
 from taut.formats import listed, number
-from taut.report.document import Chapter, Figure, Section
+from taut.report.document import Chapter, Figure
+from taut.report.judgment import judged
 from taut.report.pendulum import figures as pendulum
-from taut.report.pendulum.claims import pendulum_claims
+from taut.report.pendulum.claims import CHECKS, CLAIMS
 from taut.report.pendulum.measures import energy_change
 from taut.report.pendulum.unsettled import what_is_open
 from taut.results import Results
@@ -30,8 +31,10 @@ def build(results: Results) -> Chapter:
     return Chapter(
         title="Simple pendulum",
         reference="Sect. 4.1",
-        claims=pendulum_claims(results),
-        sections=(Section("Figures", figures), *what_is_open(results)),
+        claims=judged(CLAIMS, results),
+        checks=judged(CHECKS, results),
+        figures=figures[:2],
+        sections=what_is_open(results, figures[2]),
         warnings=warnings(results),
     )
 

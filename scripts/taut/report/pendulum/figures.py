@@ -178,7 +178,7 @@ FIGURES = (
     FigureSpec("pendulum_figure2", "Figure 2", ("figure2",), partial(_paper, case="figure2")),
     FigureSpec(
         "pendulum_figure3",
-        "Figure 3",
+        "What is replaced",
         ("figure3",),
         partial(
             four_panels,

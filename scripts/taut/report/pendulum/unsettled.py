@@ -1,7 +1,7 @@
 """What the paper leaves open about the pendulum, and what each choice does, from the runs of its variants."""
 
 from taut.formats import count, number
-from taut.report.document import Paragraph, Section, Table
+from taut.report.document import Figure, Paragraph, Section, Table
 from taut.report.judgment import LOOSE, TIGHT
 from taut.report.pendulum.measures import MASS, energy_change
 from taut.report.pendulum.options import braun_goldfarb, cited, energy, indifferent, penalty
@@ -21,11 +21,11 @@ VARIANTS = {
 }
 
 
-def what_is_open(results: Results) -> tuple[Section, ...]:
-    """Returns the sections, most consequential first."""
+def what_is_open(results: Results, figure: Figure) -> tuple[Section, ...]:
+    """Returns the sections, most consequential first; the figure is of what is replaced after a step."""
     return (
         Section("What the paper leaves open", error_test(results)),
-        Section("What of the state is replaced after a step", replaced(results)),
+        Section("What of the state is replaced after a step", (*replaced(results), figure)),
         Section("The dt of Braun and Goldfarb’s method", braun_goldfarb(results)),
         Section("The weight W, the form of the equations and the solver", indifferent(results)),
         Section("The sign of Eq. (8)", sign(results)),

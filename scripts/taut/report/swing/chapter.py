@@ -4,8 +4,9 @@ import numpy as np
 
 from taut.formats import count, listed, number
 from taut.report.document import Chapter, Figure, Paragraph, Section, Table
+from taut.report.judgment import judged
 from taut.report.swing import figures as swing
-from taut.report.swing.claims import swing_claims
+from taut.report.swing.claims import CLAIMS
 from taut.report.swing.measures import BEFORE, TABLE_1, TRUSTED, apart, events, modes, reference
 from taut.results import Results, Run
 
@@ -23,6 +24,7 @@ MESHES = (4, 8, 16)
 FURTHER = (
     ("1a_uncapped", "(1a) without the cap of 10⁻⁵ s", "baseline"),
     ("1b_uncapped", "(1b) without the cap of 10⁻⁵ s", "present"),
+    ("1b_uncapped_long", "(1b) without the cap, to the end", "present"),
     ("1b_long", "(1b) to the end, tight tolerance", "present"),
     ("mesh16_event", "16 elements, beyond the event", "present"),
     ("2b_tight", "(2b), tight tolerance", "present"),
@@ -66,7 +68,6 @@ def build(results: Results) -> Chapter:
         if spec.can_draw(results)
     )
     sections = (
-        Section("Figures", figures),
         Section("Table 1", table_1(results)),
         Section("Table 2", table_2(results)),
         Section("Against the reference", against_reference(results)),
@@ -75,7 +76,8 @@ def build(results: Results) -> Chapter:
     return Chapter(
         title="Swing",
         reference="Sects. 4.2, 3.4 and 5",
-        claims=swing_claims(results),
+        claims=judged(CLAIMS, results),
+        figures=figures,
         sections=tuple(section for section in sections if section.blocks),
         warnings=warnings(results),
     )

@@ -59,6 +59,18 @@ def apart(run: Run, other: Run, start: float = 0.0, end: float = np.inf) -> floa
     return float(distance[(times >= start - 1e-9) & (times <= end + 1e-9)].max())
 
 
+def paths_apart(path: Array, other: Array) -> float:
+    """Returns how far a path goes from another one, whatever the times at which they are passed [m]."""
+    start, along = other[:-1], np.diff(other, axis=0)
+    length = np.maximum((along**2).sum(axis=1), 1e-300)
+    most = 0.0
+    for point in path:
+        part = np.clip(((point - start) * along).sum(axis=1) / length, 0.0, 1.0)
+        nearest = start + part[:, None] * along
+        most = max(most, float(np.linalg.norm(point - nearest, axis=1).min()))
+    return most
+
+
 def violations(run: Run, column: str, end: float = np.inf) -> float:
     """Returns the largest size of a violation up to a time."""
     return float(np.abs(run[column][run["t"] <= end]).max())
