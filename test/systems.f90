@@ -76,11 +76,11 @@ contains
       if (present(amplitude)) system%amplitude = amplitude
       select case (kind)
       case (sleigh)
-         call system%define(n=3, c=1, nonholonomic=1, mass_blocks=[1, 1, 1])
+         call system%define(n=3, c=1, nonholonomic=1, mass_blocks=[1, 1, 1], constant_mass=.true.)
       case (sleigh_in_space)
-         call system%define(n=4, c=2, nonholonomic=1, mass_blocks=[2, 2])
+         call system%define(n=4, c=2, nonholonomic=1, mass_blocks=[2, 2], constant_mass=.true.)
       case (two_rods)
-         call system%define(n=2, c=2)
+         call system%define(n=2, c=2, constant_mass=.true.)
       case (actuator)
          call system%define(n=1, c=0, n_w=1)
       case default
@@ -263,7 +263,7 @@ contains
       type(coupler_t) :: system
 
       system%cranks = cranks
-      call system%define(n=3, c=cranks, mass_blocks=[1, 1, 1])
+      call system%define(n=3, c=cranks, mass_blocks=[1, 1, 1], constant_mass=.true.)
    end function new_coupler
 
    subroutine coupler_mass(self, at, m)
@@ -343,7 +343,7 @@ contains
    function new_compound() result(system)
       type(compound_t) :: system
 
-      call system%define(n=3, c=2, n_x=4, mass_blocks=[1, 1, 1])
+      call system%define(n=3, c=2, n_x=4, mass_blocks=[1, 1, 1], constant_mass=.true.)
    end function new_compound
 
    subroutine compound_mass(self, at, m)

@@ -293,7 +293,7 @@ contains
       type(error_t), allocatable :: error
       real(wp) :: f(2), start
 
-      call model%define(n=2, c=0, constant_mass=.false.)
+      call model%define(n=2, c=0)
       at%x = [1.2_wp, -0.4_wp]
       at%v = [0.9_wp, -1.7_wp]
       allocate (at%w(0))
@@ -340,7 +340,7 @@ contains
       at%x = [1.2_wp, -0.4_wp]
       at%v = [0.9_wp, -1.7_wp]
       allocate (at%w(0))
-      call model%define(n=2, c=0)
+      call model%define(n=2, c=0, constant_mass=.true.)
       call expect(model, 'its masses depend on coordinates or time')
       model%turned = .true.
       call model%define(n=2, c=0, constant_mass=.false.)

@@ -44,7 +44,7 @@ program hanging_chain
    real(wp) :: energy
    integer :: i, n
    do n = 5, 20, 15
-      call chain%define(n=n, c=2, constant_mass=.false.)
+      call chain%define(n=n, c=2)
       chain%span = 0.6_wp*n*chain%l
       at%t = 0.0_wp
       at%x = [(-1.2_wp + 2.5_wp*(i - 1)/(n - 1), i=1, n)]             ! nearly between the pins

@@ -87,7 +87,7 @@ program large
    real(wp), parameter :: w = 1.0_wp                    ! it turns [rad/s]
    integer :: i, info
 
-   call spoke%define(n=2*spoke%rods, c=spoke%rods, mass_blocks=spread(1, 1, 2*spoke%rods))
+   call spoke%define(n=2*spoke%rods, c=spoke%rods, mass_blocks=spread(1, 1, 2*spoke%rods), constant_mass=.true.)
    at%x = [(real([i, 0], wp)*spoke%l, i=1, spoke%rods)]
    at%v = [(real([0, i], wp)*spoke%l*w, i=1, spoke%rods)]
    call simulate(spoke, at, 0.5_wp, result, error, options=integration_options_t(rtol=1.0e-9_wp), ode=ode)

@@ -44,8 +44,8 @@ module taut_constrained_system
       integer :: n_w = 0
       !> Sizes of the diagonal blocks of M.
       integer, allocatable :: mass_blocks(:)
-      !> Whether M never changes.
-      logical :: constant_mass = .true.
+      !> Whether M never changes; then it is evaluated once.
+      logical :: constant_mass = .false.
       !> Whether the method enforces the constraints: what `enforce` was told last. A system with something of its own in their
       !! place, such as a spring, uses that when they are not.
       logical :: enforced = .true.
@@ -298,7 +298,7 @@ module taut_constrained_system
          integer, intent(in), optional :: n_w
          !> Sizes of the diagonal blocks of M: all 1 for a diagonal M. Default: one dense block of size n.
          integer, intent(in), optional :: mass_blocks(:)
-         !> Whether M never changes. Default true.
+         !> Whether M never changes, so that it need be evaluated but once. Default false.
          logical, intent(in), optional :: constant_mass
       end subroutine define
 

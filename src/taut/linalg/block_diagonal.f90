@@ -22,6 +22,9 @@ module taut_linalg_block_diagonal
       real(wp), allocatable :: values(:)
       !> Cholesky factors, laid out like `values`; where all blocks have size one, the reciprocals 1/K_ii.
       real(wp), allocatable, private :: factor(:)
+      !> The blocks that the factors are of, where there are blocks larger than one: the same ones are not factorized again.
+      real(wp), allocatable, private :: factorized(:)
+      logical, private :: is_factorized = .false.
       !> Offset of each block in `values`: (blocks + 1).
       integer, allocatable, private :: offset(:)
    contains
@@ -62,6 +65,7 @@ contains
       end do
       allocate (self%values(self%offset(size(sizes) + 1)), source=0.0_wp)
       allocate (self%factor(size(self%values)), source=0.0_wp)
+      if (.not. self%diagonal) allocate (self%factorized(size(self%values)), source=0.0_wp)
    end subroutine init
 
    !> Makes the matrix the identity, whatever the sizes of its blocks.
@@ -188,6 +192,10 @@ contains
          end do
          return
       end if
+      if (self%is_factorized) then
+         if (.not. any(abs(self%values - self%factorized) > 0.0_wp)) return
+      end if
+      self%is_factorized = .false.
       self%factor(:) = self%values
       do b = 1, size(self%first) - 1
          s = self%first(b + 1) - self%first(b)
@@ -197,6 +205,8 @@ contains
             return
          end if
       end do
+      self%factorized(:) = self%values
+      self%is_factorized = .true.
    end subroutine factorize
 
    !> B := K^-1 B, after `factorize`.

@@ -55,7 +55,7 @@ contains
       if (allocated(error)) return
       self%rods = rods
       allocate (self%m(rods), source=m)
-      call self%define(n=2*rods, c=rods, mass_blocks=spread(1, 1, 2*rods))
+      call self%define(n=2*rods, c=rods, mass_blocks=spread(1, 1, 2*rods), constant_mass=.true.)
    end subroutine new_chain
 
    !> A straight chain at rest.

@@ -103,7 +103,7 @@ contains
       self%nu_beta = sqrt(1.0_wp + 1.5_wp*data%x_beta/(data%radius - data%x_beta))
       self%k_p = data%x_theta/data%y_theta
       self%k_c = data%i_f*(data%control_frequency*data%omega)**2
-      call self%define(n=2, c=1)
+      call self%define(n=2, c=1, constant_mass=.true.)
       self%n_outputs = 1
 
    contains

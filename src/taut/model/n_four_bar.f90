@@ -60,7 +60,7 @@ contains
       if (allocated(error)) return
       self%windows = windows
       self%m = m
-      call self%define(n=2*(2*windows + 1), c=4*windows + 1, mass_blocks=spread(1, 1, 2*(2*windows + 1)))
+      call self%define(n=2*(2*windows + 1), c=4*windows + 1, mass_blocks=spread(1, 1, 2*(2*windows + 1)), constant_mass=.true.)
    end subroutine new_n_four_bar
 
    !> All cranks at one angle, turning at one speed.

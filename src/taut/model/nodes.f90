@@ -102,7 +102,8 @@ contains
             blocks = [blocks, 1, 1, 1, 3]
          end if
       end do
-      call self%define(n=6*self%nodes, c=size(self%constraints), n_x=7*self%nodes, mass_blocks=blocks)
+      call self%define(n=6*self%nodes, c=size(self%constraints), n_x=7*self%nodes, mass_blocks=blocks, &
+                       constant_mass=.true.)
    end subroutine resize
 
    !> Whether all entries off the diagonal are zero.

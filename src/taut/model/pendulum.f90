@@ -47,7 +47,7 @@ contains
          call raise(error, here, 'constraint_copies = '//to_text(copies)//' is not between 1 and 100', 'give a small number')
       if (allocated(error)) return
       self%m = m
-      call self%define(n=2, c=copies, mass_blocks=[1, 1])
+      call self%define(n=2, c=copies, mass_blocks=[1, 1], constant_mass=.true.)
    end subroutine new_pendulum
 
    !> M = diag(m, m) [kg].

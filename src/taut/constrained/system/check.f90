@@ -19,7 +19,7 @@ contains
       if (present(n_w)) self%n_w = n_w
       self%mass_blocks = [n]
       if (present(mass_blocks)) self%mass_blocks = mass_blocks
-      self%constant_mass = .true.
+      self%constant_mass = .false.
       if (present(constant_mass)) self%constant_mass = constant_mass
    end procedure define
 

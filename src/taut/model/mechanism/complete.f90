@@ -73,7 +73,7 @@ contains
       self%joint_of_row = [self%joint_of_row, joint_of_rate]
       call find_pattern(self)
       call self%define(n=sum(blocks), c=size(self%rows), nonholonomic=size(all_rates), n_x=n_x, &
-                       mass_blocks=blocks)
+                       mass_blocks=blocks, constant_mass=.true.)
       self%n_outputs = number_of_outputs(self)
       self%n_events = size(self%events)
    end procedure complete
