@@ -132,12 +132,12 @@ def round_off_band(axes: Axes, bottom: float) -> None:
     axes.axhline(FLOOR, color=GRAY, linewidth=0.6, linestyle=(0, (1, 2)), zorder=1)
     axes.annotate(
         "round-off",
-        (1.0, FLOOR),
+        (1.0, (bottom * FLOOR) ** 0.5),
         xycoords=("axes fraction", "data"),
-        xytext=(-3, -2),
+        xytext=(-6, 0),
         textcoords="offset points",
         ha="right",
-        va="top",
+        va="center",
         fontsize=8.5,
         color=GRAY,
         fontstyle="italic",

@@ -83,6 +83,9 @@ def work_precision(rows: Sequence[Measurement]) -> Figure:
                 key=lambda row: -row.setting,
             )
             panel.plot([row.error for row in line], [1e3 * row.seconds for row in line], **look(entrant))
+            if len(line) == 1:
+                at, said = (line[0].error, 1e3 * line[0].seconds), f"{entrant}: one setting gets below 0.5 m"
+                panel.annotate(said, at, (6, 4), textcoords="offset points", fontsize=7.5, color=GRAY)
         panel.set(xscale="log", yscale="log", xlabel="error at the end [m]")
         panel.set_title(title(name) if size == 1 else f"{title(name)}: {size} {unit}")
     next(iter(axes.values())).set_ylabel("processor time [ms]")

@@ -25,7 +25,7 @@ CAPTIONS = (
     "The paper’s Figure 9: the blade root and its pitch link, to scale, from the dimensions of Table 3.",
     "The paper’s Figure 10: flap (top) and pitch (bottom), angles (left) and their rates (right). Flap "
     "settles into the forced motion of once per revolution within a few turns; the penalty’s pitch "
-    "oscillates about it.",
+    "oscillates about it. The oscillation grows because the tolerance is loose: with 10⁻⁶ it does not.",
     "The paper’s Figure 11: the link’s length error (top) and its rate (bottom), with their signs. On the "
     "right, without the penalty and at scales a billion times finer, the baseline drifts.",
     "The paper’s Figure 12: tension of the pitch link (top left, and without the penalty top and bottom "

@@ -111,7 +111,7 @@ def in_space(axes: Axes, model: Model) -> None:
     """Draws the root in space with its axes and angles."""
     root = Root(axes, model)
     points = root.move(0.0, 0.0, 0.0)
-    for name, offset in (("A", (7, 5)), ("B", (8, -9))):
+    for name, offset in (("A", (7, 5)), ("B", (-13, -12))):
         note(axes, name, points[name], offset, bold=True)
     note(axes, "swashplate", view(np.array([0.0, -0.2, model["z_b"]])), (0, 0), ha="center")
     arrow(axes, [TIP, 0, 0], [TIP + 0.1, 0, 0], "x")
@@ -133,6 +133,7 @@ def in_space(axes: Axes, model: Model) -> None:
     curve(axes, pitch, r"$\theta$", (9, 4))
     axes.update_datalim(root.plate.get_xy())
     axes.set_title("In space")
+    axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.04)
     axes.autoscale_view()
 
@@ -156,10 +157,13 @@ def from_above(axes: Axes, model: Model) -> None:
     axes.plot(x, y, marker="o", markersize=7, color=LINK, markeredgecolor="white", zorder=7)
     note(axes, "A, B", (x, y), (6, 3), bold=True)
     dimension(axes, (0, -0.15), (x_beta, -0.15), rf"$x_\beta$ = {x_beta:g} m", (0, -10))
+    dimension(axes, (0, -0.215), (model["x_b"], -0.215), rf"$x_B$ = {model['x_b']:g} m", (0, -10))
+    axes.plot([model["x_b"]] * 2, [-0.225, -0.01], color=style.GRAY, linewidth=0.5, zorder=0)
     dimension(axes, (x_beta, 0.075), (x, 0.075), rf"$x_\theta$ = {model['x_theta']:g} m", (-38, -3))
-    dimension(axes, (x + 0.05, 0), (x + 0.05, y), rf"$y_\theta$ = {y:g} m", (34, 0))
+    dimension(axes, (x + 0.05, 0), (x + 0.05, y), rf"$y_\theta = y_B$ = {y:g} m", (46, 0))
     for end in ((0, 0), (x_beta, 0)):
-        axes.plot([end[0], end[0]], [end[1], -0.16], color=style.GRAY, linewidth=0.5, zorder=0)
+        low = -0.16 if end[0] else -0.225
+        axes.plot([end[0], end[0]], [end[1], low], color=style.GRAY, linewidth=0.5, zorder=0)
     axes.set_title("From above")
     finish(axes)
 
@@ -193,9 +197,9 @@ def along_blade(axes: Axes, model: Model) -> None:
 
 def finish(axes: Axes) -> None:
     """Gives a panel one scale in both directions and no axes."""
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", adjustable="datalim")
     axes.axis("off")
-    axes.margins(0.1)
+    axes.margins(0.12)
 
 
 def arrow(axes: Axes, start: list[float], end: list[float], text: str) -> None:

@@ -35,13 +35,15 @@ def four_panels(
     energy: tuple[float, float],
     magnified: int,
     bold: tuple[str, ...] = (),
+    settings: str = "",
 ) -> Figure:
-    """Draws the paper's four panels; energy is a range in mJ, magnified the factor of the inset."""
+    """Draws the paper's four panels; energy is a range in mJ, magnified the factor of the errors of paths."""
     data = results.case(case)
     runs = {method: data.run(method) for method in methods}
     t_end = max(float(run["t"][-1]) for run in runs.values())
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06, hspace=0.03, wspace=0.03)
     figure, axes = plt.subplots(2, 2, figsize=(8.0, 6.6), layout=layout, height_ratios=(1.0, 1.12))
+    figure.supxlabel(settings, fontsize=9.5, color=style.GRAY)
     trajectory(axes[0, 0], runs, magnified)
     errors(axes[0, 1], runs, "phi")
     axes[0, 1].set(title="Length", ylabel=r"length error $|\sqrt{x^2+z^2}-L|$ [m]")
@@ -79,34 +81,20 @@ def legend(case: Case, methods: tuple[str, ...]) -> list[Artist]:
 
 
 def trajectory(axes: Axes, runs: dict[str, Run], magnified: int) -> None:
-    """Draws the paths at one scale in both directions, and inside them with the length error magnified."""
-    inset = axes.inset_axes((-0.72, -0.86, 1.44, 0.88), transform=axes.transData)
+    """Draws the paths with the error of the length magnified: as they are, they all lie on the circle."""
     angle = np.linspace(-np.pi, 0.0, 361)
-    for panel in (axes, inset):
-        panel.plot(LENGTH * np.cos(angle), LENGTH * np.sin(angle), **_CIRCLE)
-        panel.set_aspect("equal")
+    axes.plot(LENGTH * np.cos(angle), LENGTH * np.sin(angle), **_CIRCLE)
     for method, run in runs.items():
-        look = style.method_style(method)
-        keywords = {"color": look.color, "linestyle": look.dashes, "zorder": look.layer}
         r, angle = polar_path(run)
-        axes.plot(r * np.cos(angle), r * np.sin(angle), linewidth=look.width, **keywords)
         r = LENGTH + magnified * (r - LENGTH)
-        inset.plot(r * np.cos(angle), r * np.sin(angle), linewidth=0.6 * look.width, **keywords)
+        keywords = style.method_style(method).line(len(r)) | {"marker": ""}
+        axes.plot(r * np.cos(angle), r * np.sin(angle), **keywords)
     axes.plot(0, 0, marker="o", color="#374151", markersize=4, zorder=9)
     axes.annotate("pivot", (0, 0), xytext=(6, 3), textcoords="offset points", fontsize=8.5, color=style.GRAY)
-    axes.set(title="Trajectory", xlabel="x [m]", ylabel="z [m]", xlim=(-1.1, 1.1), ylim=(-1.1, 0.13))
+    axes.set_aspect("equal")
+    axes.set(title=f"Trajectory, length error × {magnified:,}", xlabel="x [m]", ylabel="z [m]")
+    axes.set(xlim=(-1.35, 1.35), ylim=(-1.35, 0.2))
     axes.set_xticks(np.linspace(-1, 1, 5))
-    inset.set(xlim=(-1.25, 1.25), ylim=(-1.28, 0.25))
-    inset.axis("off")
-    inset.text(
-        0,
-        -0.5,
-        f"length error\nmagnified {magnified:,} times",
-        ha="center",
-        va="center",
-        fontsize=8.5,
-        color=style.GRAY,
-    )
 
 
 def polar_path(run: Run, pieces: int = 12) -> tuple[Array, Array]:
@@ -160,10 +148,17 @@ def total_energy(
     for method, value, height in zip(runs, final, heights, strict=True):
         axes.annotate(
             energy_label(value),
-            (1.0, height),
-            xycoords=("axes fraction", "data"),
-            xytext=(5, 0),
-            textcoords="offset points",
+            (1.0, min(max(1e3 * value, limits[0]), limits[1])),
+            xycoords=axes.get_yaxis_transform(),
+            xytext=(1.06, height),
+            textcoords=axes.get_yaxis_transform(),
+            arrowprops={
+                "arrowstyle": "-",
+                "color": style.method_style(method).color,
+                "linewidth": 0.6,
+                "shrinkA": 0,
+                "shrinkB": 0,
+            },
             va="center",
             fontsize=9,
             fontweight="bold" if method in bold else "normal",
@@ -172,10 +167,14 @@ def total_energy(
         )
 
 
+PENDULUM = "Pendulum, 1 kg, 1 m, released from the horizontal"
+LOOSE = PENDULUM + "; rtol $10^{-3}$, atol $10^{-6}$, signed error test"
+TIGHT = PENDULUM + "; rtol $10^{-9}$, atol $10^{-9}$, signed error test"
+OWN = PENDULUM + "; rtol $10^{-3}$, atol $10^{-6}$, honest error test, steps of at most 0.05 s"
 _paper = partial(four_panels, methods=METHODS, energy=(-50.0, 40.0), magnified=50)
 FIGURES = (
-    FigureSpec("pendulum_figure1", "Figure 1", ("figure1",), partial(_paper, case="figure1")),
-    FigureSpec("pendulum_figure2", "Figure 2", ("figure2",), partial(_paper, case="figure2")),
+    FigureSpec("pendulum_figure1", "Figure 1", ("figure1",), partial(_paper, case="figure1", settings=LOOSE)),
+    FigureSpec("pendulum_figure2", "Figure 2", ("figure2",), partial(_paper, case="figure2", settings=TIGHT)),
     FigureSpec(
         "pendulum_figure3",
         "What is replaced",
@@ -187,6 +186,7 @@ FIGURES = (
             energy=(-4.5, 4.5),
             magnified=2000,
             bold=("present", "present-position"),
+            settings=OWN,
         ),
     ),
 )

@@ -8,7 +8,15 @@ from matplotlib.figure import Figure
 
 from taut import style
 from taut.gif import cursor
-from taut.report.swing.measures import MARKERS, SUPPORTS, event_time, positions, reference, sample
+from taut.report.swing.measures import (
+    MARKERS,
+    SUPPORTS,
+    event_time,
+    peak_tension,
+    positions,
+    reference,
+    sample,
+)
 from taut.report.swing.sketch import COLORS, LINK, Swing, ground
 from taut.results import Results
 
@@ -54,6 +62,14 @@ def swinging(results: Results) -> Iterator[Figure]:
             color=EVENT,
             fontsize=9,
         )
+    peaks = [f"peak {abs(run['lambda1']).max():.0f} N"]
+    if results.has("mesh16_event"):
+        # The modal model is rougher than elements, whose peak converges.
+        other, _ = peak_tension(results.case("mesh16_event").run("present"))
+        peaks.append(f"16 finite elements: {other:.0f} N")
+    panel.annotate(
+        "; ".join(peaks), (0.01, 0.97), xycoords="axes fraction", va="top", fontsize=9, color=style.GRAY
+    )
     panel.set(xlim=(0, end), xlabel="time [s]", ylabel="link 1 [N]")
     panel.yaxis.label.set_color(style.GRAY)
     # The event itself lasts a few milliseconds; what is written about it stays for a while.

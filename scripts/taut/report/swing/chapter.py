@@ -43,7 +43,8 @@ CAPTIONS = {
     "swing_figure3": "The paper’s Figure 3: the swing at rest, to scale, and the force on C over time.",
     "swing_figure4": "The paper’s Figure 4: trajectories of the markers in analysis (0), computed with MBDyn "
     "with 2 (top) and 4 (bottom) three-node elements; the curves come with taut as data. The swing is drawn "
-    "at 0, 0.4, 0.64 and 1 s; the beam is a smooth curve through its markers.",
+    "at 0, 0.4, 0.64 and 1 s, the later the darker; the beam is a smooth curve through its markers. Dashed: "
+    "the paths of taut’s (3b).",
     "swing_figure5": "The paper’s Figure 5: the modes of Table 1, with a largest displacement of one. The "
     "diamond is the mass at mid-span. Broad lines: what a static load at mid-span does.",
     "swing_figure6": "The paper’s Figure 6: error of the constraints (left) and of their derivative (right) "
@@ -52,7 +53,8 @@ CAPTIONS = {
     "swing_figure7": "The paper’s Figure 7: the same for the modal model. The thin line is what ‘present’ "
     "violates before its state is replaced at the end of a step; a violation below 10⁻¹² m is left as it is.",
     "swing_figure8": "The paper’s Figure 8: motion of the markers, finite elements (top), modal model "
-    "(middle), modal model without the axial mode (bottom). Left: trajectories. Right: how far two runs are "
+    "(middle), modal model without the axial mode (bottom). Left: trajectories, with the markers where they "
+    "end. Right: how far two runs are "
     "apart, at the marker where it is most; less than 10⁻¹⁴ m is drawn there. Before the event the models "
     "and methods agree.",
     "swing": "The swing in motion, (3b), with the traces of its markers and, in gray, those of analysis (0); "

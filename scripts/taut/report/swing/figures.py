@@ -34,7 +34,11 @@ from taut.report.swing.sketch import COLORS, SHAPES, Swing, figure3, ground
 from taut.results import Array, Results, Run
 
 # When the swing is drawn beside the trajectories [s]; 0.64 is when link 1 and A-C are in line.
-POSES = (0.0, 0.4, 0.64, 1.0)
+# Where the time is written beside A [points].
+POSES = {0.0: (-5, -13), 0.4: (-24, 3), 0.64: (8, -8), 1.0: (8, 0)}
+# The run of taut's that is shown beside analysis (0): the closest to it that goes to the end.
+OWN = "3b"
+_OWN = {"color": "black", "linewidth": 0.9, "linestyle": (0, (3, 2)), "zorder": 7.5}
 FINE = np.linspace(0.0, 1.0, 1001)
 # Below the smallest distance that is drawn [m].
 NEAREST = 1e-14
@@ -48,8 +52,8 @@ ROWS = (
 )
 
 
-def figure4(_: Results) -> Figure:
-    """Draws the trajectories of the markers from both reference curves, and the swing at a few times."""
+def figure4(results: Results) -> Figure:
+    """Draws the trajectories of the markers from both reference curves, and taut's beside the finer one."""
     layout = ConstrainedLayoutEngine(w_pad=0.04, h_pad=0.04)
     figure, axes = plt.subplots(2, 1, figsize=(7.4, 8.0), layout=layout, sharex=True)
     for panel, elements in zip(axes, (2, 4), strict=True):
@@ -58,10 +62,16 @@ def figure4(_: Results) -> Figure:
             pose(panel, run, t)
         for i, m in enumerate(MARKERS):
             panel.plot(*positions(run)[:, i].T, color=COLORS[m], linewidth=1.5, zorder=7)
+        if elements == 4 and results.has(OWN):
+            for points in np.moveaxis(steps_of(results.case(OWN).run("present")), 1, 0):
+                panel.plot(*points.T, **_OWN)
         frame(panel)
-        panel.set(title=f"{elements} three-node elements", ylabel="y [m]")
+        panel.set(title=f"Analysis (0), {elements} three-node elements", ylabel="y [m]")
     axes[-1].set_xlabel("x [m]")
-    figure.legend(handles=marker_legend(), loc="outside upper center", ncols=6, columnspacing=1.6)
+    handles = marker_legend()
+    if results.has(OWN):
+        handles.append(Line2D([], [], label="taut, modal without axial mode (3b)", **_OWN))
+    figure.legend(handles=handles, loc="outside upper center", ncols=4, columnspacing=1.6)
     return figure
 
 
@@ -70,10 +80,22 @@ def pose(axes: Axes, run: Run, t: float) -> None:
     points = sample(run["t"], positions(run), np.array([t]))[0]
     swing = Swing(axes, markers=False)
     swing.move(points)
+    # The later, the darker.
+    shade = str(0.72 - 0.5 * t / max(POSES))
     for line in (*swing.links, swing.beam):
-        line.set(linewidth=0.8, color="#94a3b8", zorder=2)
-    for m, point in zip(MARKERS, points, strict=True):
-        axes.plot(*point, marker=SHAPES[m], markersize=5, color=COLORS[m], markeredgecolor="white", zorder=8)
+        line.set(linewidth=0.9, color=shade, zorder=2)
+    for i, (m, point) in enumerate(zip(MARKERS, points, strict=True)):
+        keywords = {"markersize": 5, "color": COLORS[m], "markeredgecolor": "white", "zorder": 8 + 0.1 * i}
+        axes.plot(*point, marker=SHAPES[m], **keywords)
+    axes.annotate(
+        f"{t:g} s",
+        points[0],
+        xytext=POSES[t],
+        textcoords="offset points",
+        fontsize=8.5,
+        color=shade,
+        zorder=12,
+    )
 
 
 def frame(axes: Axes) -> None:
@@ -122,22 +144,25 @@ def figure5(results: Results) -> Figure:
                 fine, static_shape(fine, motion), color="#E69F00", linewidth=5.5, alpha=0.45, label=label
             )
             panel.legend(loc="lower center")
-        panel.plot(x, u, color=style.METHODS["present"].color, linewidth=1.6, marker="o", markersize=2.6)
+        look = {"linewidth": 1.6, "marker": "o", "markersize": 2.6, "clip_on": False}
+        panel.plot(x, u, color=style.METHODS["present"].color, **look)
         middle = len(x) // 2
         panel.plot(x[middle], u[middle], color="black", marker="D", markersize=7, markeredgecolor="white")
         panel.set(
             title=f"{name}: {frequency:.4g} Hz",
-            ylabel="axial displacement" if axial else "transverse displacement",
+            ylabel=f"{'axial' if axial else 'transverse'} displacement [1]",
             ylim=(-1.15, 1.15),
-            xlim=(0, BEAM),
+            xlim=(-0.01, BEAM + 0.01),
         )
     for panel in axes[-1]:
         panel.set_xlabel("x [m]")
+    text = "Simply supported beam, 40 two-node elements; the largest displacement is 1"
+    figure.supxlabel(text, fontsize=9.5, color=style.GRAY)
     return figure
 
 
 def violations_figure(
-    results: Results, baseline: str, present: str, limits: tuple[float, float], more: float = 10.0
+    results: Results, baseline: str, present: str, limits: tuple[float, float], more: float, settings: str
 ) -> Figure:
     """Draws the constraint's error and that of its derivative over time, before replacement too."""
     runs = {
@@ -145,7 +170,8 @@ def violations_figure(
         "present": results.case(present).run("present"),
     }
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
-    figure, axes = plt.subplots(1, 2, figsize=(8.0, 3.9), layout=layout)
+    figure, axes = plt.subplots(1, 2, figsize=(8.0, 4.1), layout=layout)
+    figure.supxlabel(settings, fontsize=9.5, color=style.GRAY)
     for panel, column, title, unit in (
         (axes[0], "phi", r"Constraint, $|\phi|$", "m"),
         (axes[1], "phidot", r"Its derivative, $|\mathrm{d}\phi/\mathrm{d}t|$", "m/s"),
@@ -223,17 +249,20 @@ def figure8(results: Results) -> Figure:
                     *points[:, i].T,
                     color=look.color,
                     linestyle=look.dashes,
-                    linewidth=2.2 if method == "present" else 1.0,
+                    linewidth=look.width,
                     zorder=look.layer + 4,
                 )
+        for m, point in zip(MARKERS, positions(runs["present"])[-1], strict=True):
+            look = {"marker": SHAPES[m], "markersize": 5, "color": COLORS[m], "markeredgecolor": "white"}
+            left.plot(*point, zorder=13, **look)
         for m, point in zip(MARKERS, positions(runs["present"])[0], strict=True):
             offset = (-2, 6) if m == "E" else (-3, -13)
             left.annotate(m, point, xytext=offset, textcoords="offset points", fontweight="bold", zorder=12)
         left.set(title=f"{title} ({baseline}, {present})", ylabel="y [m]")
         how_far(right, results, runs)
         mark_event(right, results, present, baseline)
-        right.set_title("Markers’ distance")
-        right.set_ylabel("[m]")
+        right.set_title(f"How far apart: {baseline}, {present}")
+        right.set_ylabel("distance of a marker [m]")
     axes[-1, 0].set_xlabel("x [m]")
     axes[-1, 1].set_xlabel("time [s]")
     figure.legend(
@@ -254,9 +283,9 @@ def steps_of(run: Run) -> Array:
 
 # What is compared on the right of Figure 8: label, color, dashes.
 _FROM = {
-    "baseline": ("baseline from present", "#000000", (0, (5, 2))),
-    "reference": ("present from analysis (0), 4 elements", "#0072B2", "solid"),
-    "axial": ("without from with the axial mode", "#E69F00", (0, (6, 1.5, 1, 1.5))),
+    "baseline": ("distance of baseline and present", "#7F3C8D", (0, (5, 1, 1, 1))),
+    "reference": ("distance of present and analysis (0)", "#009E73", (0, (1.2, 1.2))),
+    "axial": ("distance of 3b and 2b", "#E69F00", (0, (6, 1.5, 1, 1.5))),
 }
 
 
@@ -282,10 +311,8 @@ def motion_legend() -> list[Artist]:
     entries: list[Artist] = []
     for method in ("present", "baseline"):
         look = style.method_style(method)
-        width = 2.2 if method == "present" else 1.0
-        entries.append(
-            Line2D([], [], color=look.color, linestyle=look.dashes, linewidth=width, label=look.label)
-        )
+        keywords = {"color": look.color, "linestyle": look.dashes, "linewidth": look.width}
+        entries.append(Line2D([], [], label=f"{look.label}: paths", **keywords))
     for label, color, dashes in _FROM.values():
         entries.append(Line2D([], [], color=color, linestyle=dashes, linewidth=1.2, label=label))
     entries.append(Line2D([], [], label="link 1 in line with A–C", **_EVENT))
@@ -300,13 +327,27 @@ FIGURES: tuple[Spec, ...] = (
         "swing_figure6",
         "Figure 6",
         ("1a", "1b"),
-        partial(violations_figure, baseline="1a", present="1b", limits=(1e-17, 1e-10)),
+        partial(
+            violations_figure,
+            baseline="1a",
+            present="1b",
+            limits=(1e-17, 1e-13),
+            more=1e3,
+            settings="Beam of 4 elements; rtol $10^{-3}$, atol $10^{-6}$, steps of at most $10^{-5}$ s",
+        ),
     ),
     FigureSpec(
         "swing_figure7",
         "Figure 7",
         ("2a", "2b"),
-        partial(violations_figure, baseline="2a", present="2b", limits=(1e-17, 1e-1)),
+        partial(
+            violations_figure,
+            baseline="2a",
+            present="2b",
+            limits=(1e-17, 1e-1),
+            more=1e3,
+            settings="Modal model, four modes; rtol $10^{-3}$, atol $10^{-6}$, steps of at most $10^{-3}$ s",
+        ),
     ),
     FigureSpec("swing_figure8", "Figure 8", ("1a", "1b", "2a", "2b", "3a", "3b"), figure8, files=REFERENCES),
     AnimationSpec("swing", "Animation", ("3b",), swinging, files=REFERENCES),

@@ -89,11 +89,10 @@ def ground(axes: Axes, point: Array, size: float = 0.028) -> None:
 
 def figure3(_: Results) -> Figure:
     """Draws the swing at rest and the force over time."""
-    figure = plt.figure(figsize=(8.0, 3.6), layout="constrained")
+    figure = plt.figure(figsize=(8.0, 2.9), layout="constrained")
     grid = figure.add_gridspec(1, 2, width_ratios=(2.5, 1.0))
     axes = figure.add_subplot(grid[0, 0])
     at_rest(axes)
-    axes.set_anchor("N")
     load(figure.add_subplot(grid[0, 1]))
     return figure
 
