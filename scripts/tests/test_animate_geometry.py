@@ -108,6 +108,15 @@ def test_everything_has_its_place(mechanism: Path, tmp_path: Path) -> None:
     assert coil.bodies == (GROUND, "brick") and coil.axes[0] == pytest.approx([0, 1, 0])
 
 
+def test_what_rolls_is_a_disc(mechanism: Path, tmp_path: Path) -> None:
+    text = ZOO.replace('"cylinder", radius = 0.3, length = 0', '"box", size = 1, 1, 1')
+    assert geometry(made(mechanism, tmp_path, text)).bodies["disc"].shape == "box"
+    text = ZOO.replace('shape = "cylinder", radius = 0.3, length = 0,', "inertia = 1e-2, 1e-2, 2e-2,")
+    disc = geometry(made(mechanism, tmp_path, text, "disc")).bodies["disc"]
+    assert disc.shape == "cylinder" and disc.size[:2] == pytest.approx([0.6, 0.6])
+    assert abs(disc.axis) == pytest.approx([0, 0, 1])
+
+
 def test_up_is_against_gravity(mechanism: Path, tmp_path: Path) -> None:
     ball = '&point_mass name = "a", mass = 1 /\n&integration t_end = 1e-3 /\n'
     assert geometry(made(mechanism, tmp_path, ball)).up == pytest.approx([0, 0, 1])

@@ -12,8 +12,9 @@ from taut import style
 from taut.animate import solids
 from taut.animate.command import time_of_still
 from taut.animate.motion import of_mode, of_run
-from taut.animate.pictures import Shown, curves, draw_still, frames, unit_of
-from taut.animate.scene import Look, Scene, nice
+from taut.animate.parts import Segment
+from taut.animate.pictures import Shown, curves, draw_still, frames, labeled, unit_of
+from taut.animate.scene import BETWEEN, Look, Scene, nice
 from taut.animate.symbols import contact
 from taut.case_file import Entry, Template
 from taut.errors import TautError
@@ -138,7 +139,8 @@ def test_traces_end_where_the_point_is(drawn_pendulum: Path) -> None:
     ((line, _),) = scene.traces
     x, y = line.get_data()
     assert (x[-1], y[-1]) == pytest.approx((np.cos(2), np.sin(2)))
-    assert len(x) == 21
+    # As far as the time, and smooth: on the circle between the points that are known.
+    assert len(x) == BETWEEN * 20 + 1 and np.hypot(x, y) == pytest.approx(np.ones(len(x)), abs=1e-5)
     plt.close(figure)
 
 
@@ -161,6 +163,38 @@ def test_traces_of_what_there_is_not(drawn_pendulum: Path) -> None:
         mechanism.anchor("tap")
 
 
+def test_a_torsion_spring_turns_with_its_body(drawn_pendulum: Path, mechanism: Path, tmp_path: Path) -> None:
+    text = PENDULUM + '&spring name = "coil", joint = "hinge", stiffness = 1 /\n'
+    folder = made(mechanism, tmp_path, text, "sprung")
+    rod = geometry(folder)
+    motion = of_run(rod, read_run(drawn_pendulum / "results/case/present.csv"))
+    figure = plt.figure()
+    scene = Scene(figure.add_subplot(), rod, motion, Look())
+    (line,) = (part.line for part in scene.parts if isinstance(part, Segment))
+    scene.move(0)
+    first = np.array(line.get_data())
+    scene.move(20)
+    # By 2 rad about the hinge, which is the origin.
+    turned = np.array([[np.cos(2), -np.sin(2)], [np.sin(2), np.cos(2)]]) @ first
+    assert np.array(line.get_data()) == pytest.approx(turned)
+    plt.close(figure)
+
+
+def test_a_still_has_a_scale_and_what_is_cut_off_a_mark(drawn_pendulum: Path) -> None:
+    rod = geometry(drawn_pendulum / "results/case")
+    motion = of_run(rod, read_run(drawn_pendulum / "results/case/present.csv"))
+    figure = plt.figure()
+    axes = figure.add_subplot()
+    draw_still(axes, Shown(rod, motion, Look(window=(-1.0, 0.5, -1.0, 1.0))), 1.0)
+    texts = [text.get_text() for text in axes.texts]
+    assert "· · ·" in texts and any(text.endswith(" m") for text in texts)
+    low, high = axes.get_xlim()
+    (bar,) = (line for line in axes.get_lines() if line.get_marker() == "|")
+    length = float(next(text for text in texts if text.endswith(" m")).removesuffix(" m"))
+    assert np.ptp(bar.get_xdata()) * (high - low) == pytest.approx(length)
+    plt.close(figure)
+
+
 def test_meshes_are_round_numbers() -> None:
     assert [nice(v) for v in (0.97, 0.23, 33.0, 7.5e-3)] == pytest.approx([1.0, 0.2, 50.0, 0.01])
 
@@ -171,4 +205,5 @@ def test_columns_of_a_unit_share_a_panel(drawn_pendulum: Path) -> None:
     assert [axes.get_ylabel() for axes in figure.axes] == ["force [N]", "position [m]", "energy [J]"]
     assert [len(axes.get_lines()) for axes in figure.axes] == [2, 1, 1]
     assert (unit_of("a.m3"), unit_of("rank")) == ("moment [N m]", "rank")
+    assert (labeled("a.m3"), labeled("rank")) == ("a.m3\n[N m]", "rank")
     plt.close(figure)

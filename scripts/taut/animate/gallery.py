@@ -57,7 +57,9 @@ def shown(recipe: Recipe, results: Results) -> Shown:
     else:
         case = results.case(recipe.case)
         motion = of_run(mechanism, case.run(case.methods[0]))
-    return Shown(mechanism, motion, recipe.look, recipe.title)
+    # Of a mode its frequency is told.
+    frequency = motion.about.partition(", ")[2]
+    return Shown(mechanism, motion, recipe.look, ", ".join(filter(None, (recipe.title, frequency))))
 
 
 def make(results: Results) -> list[Path]:
@@ -72,7 +74,7 @@ def make(results: Results) -> list[Path]:
     for i, recipe in enumerate(RECIPES):
         one = shown(recipe, results)
         figure = still(one, recipe.time, recipe.strobe)
-        paths.append(save(figure, folder / f"{recipe.case}.png", 120))
+        paths.append(save(figure, folder / f"{recipe.case}.png", 200))
         row, column = divmod(i, COLUMNS)
         axes = sheet.add_axes(
             (
@@ -83,7 +85,7 @@ def make(results: Results) -> list[Path]:
             )
         )
         draw_still(axes, one, recipe.time, recipe.strobe)
-    paths.append(save(sheet, folder / "gallery.png", 110, 256))
+    paths.append(save(sheet, folder / "gallery.png", 160, 256))
     return paths
 
 

@@ -116,6 +116,7 @@ def read_geometry(path: Path, remedy: str) -> Mechanism:
         made.springs = [_link(row) for row in _of(rows, "spring")]
         forces = [Anchor(row["body_1"], _vector(row, "{}_1")) for row in _of(rows, "force")]
         _attach(made, forces)
+        _roll(made)
     except (KeyError, ValueError) as error:
         raise TautError(f"{path}: {error}: {remedy}") from None
     return made
@@ -154,6 +155,15 @@ def _beams(elements: list[dict[str, str]]) -> list[list[str]]:
         else:
             beams.append([element["body_1"], element["body_2"]])
     return beams
+
+
+def _roll(made: Mechanism) -> None:
+    """Makes discs of the bodies that roll and of which only the inertia is known otherwise."""
+    for joint in made.joints:
+        body = made.bodies.get(joint.bodies[1])
+        if joint.type == "rolling" and body is not None and body.shape == "inertia":
+            body.shape, body.axis = "cylinder", joint.axes[1]
+            body.size = np.array([2 * joint.length, 2 * joint.length, 0.1 * joint.length])
 
 
 def _attach(made: Mechanism, forces: list[Anchor]) -> None:

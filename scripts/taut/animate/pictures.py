@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from taut import style
 from taut.animate.geometry import Mechanism
 from taut.animate.motion import Motion
-from taut.animate.scene import Look, Scene
+from taut.animate.scene import Look, Scene, nice
 from taut.gif import cursor
 from taut.results import Array, Run
 
@@ -31,6 +31,12 @@ UNITS = (
 def unit_of(column: str) -> str:
     """Returns what a column is, with its unit; others are named themselves."""
     return next((text for ends, text in UNITS if column.endswith(ends)), column)
+
+
+def labeled(column: str) -> str:
+    """Returns a column's name and, below it, its unit if it is known."""
+    unit = unit_of(column).partition("[")[2]
+    return f"{column}\n[{unit}" if unit else column
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,7 @@ class Shown:
 def still(shown: Shown, time: float, strobe: int = 0) -> Figure:
     """Draws a mechanism at a time, with its traces and faint earlier positions."""
     figure = plt.figure(figsize=(WIDTH, SCENE + 0.3))
-    axes = figure.add_axes((0.02, 0.02, 0.96, 0.91))
+    axes = figure.add_axes((0.02, 0.055, 0.96, 0.875))
     draw_still(axes, shown, time, strobe)
     return figure
 
@@ -78,6 +84,17 @@ def draw_still(axes: Axes, shown: Shown, time: float, strobe: int = 0) -> None:
     scene = Scene(axes, shown.mechanism, until.motion, shown.look, earlier, whole=shown.motion)
     scene.move(len(until.motion.times) - 1)
     title(axes, shown.name, time if len(shown.motion.times) > 1 else None)
+    scale(axes)
+
+
+def scale(axes: Axes) -> None:
+    """Draws a length to measure by, below on the left."""
+    low, high = axes.get_xlim()
+    length = nice(0.16 * (high - low))
+    ends = np.array([0.015, 0.015 + length / (high - low)])
+    keywords = {"color": style.GRAY, "transform": axes.transAxes, "clip_on": False}
+    axes.plot(ends, [-0.03, -0.03], linewidth=1.4, marker="|", markersize=5, **keywords)
+    axes.text(ends[1] + 0.015, -0.03, f"{length:g} m", va="center", fontsize=8.5, **keywords)
 
 
 def title(axes: Axes, name: str, time: float | None) -> None:
@@ -110,7 +127,7 @@ def frames(
         low = (0.45 + CURVE * (len(columns) - 1 - i)) / height
         panel = figure.add_axes((0.11, low, 0.86, (CURVE - 0.18) / height))
         panel.plot(run["t"], run[column], color=style.COLORS[i % 8], linewidth=1.2)
-        panel.set(xlim=(times[0], times[-1]), ylabel=column)
+        panel.set(xlim=(times[0], times[-1]), ylabel=labeled(column))
         panel.tick_params(labelbottom=i == len(columns) - 1)
         dots.append((cursor(panel, style.COLORS[i % 8]), run[column]))
     if columns:

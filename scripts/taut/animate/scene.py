@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from scipy.interpolate import CubicSpline
 
 from taut import style
 from taut.animate import solids
@@ -13,6 +14,7 @@ from taut.animate.geometry import GROUND, Anchor, Body, Link, Mechanism
 from taut.animate.moment import Moment
 from taut.animate.motion import Motion
 from taut.animate.parts import (
+    NAMES,
     ON_FLOOR,
     Ball,
     Bars,
@@ -26,7 +28,7 @@ from taut.animate.parts import (
     Solid,
     shade,
 )
-from taut.animate.symbols import contact, joint_parts, supports
+from taut.animate.symbols import contact, joint_parts, spiral, supports
 from taut.results import Array
 from taut.view import View
 
@@ -105,13 +107,20 @@ class Scene:
         for joint in mechanism.joints:
             self.parts += joint_parts(self.canvas, mechanism, motion, joint, self._is_ring(joint))
         for spring in mechanism.springs:
-            if spring.type != "torsion":
+            if spring.type == "torsion":
+                self.parts.append(spiral(self.canvas, spring))
+            else:
                 self.parts.append(Between(self.canvas, spring.bodies, spring.points, spring.type))
         self.parts += supports(self.canvas, mechanism, motion, self.view)
         self._points(look, colors)
         self._traces(look)
         axes.set_aspect("equal")
         axes.axis("off")
+        if look.window and flat[:, 0].max() > look.window[1]:
+            # What is cut off goes on.
+            axes.annotate(
+                "· · ·", (1.0, 0.5), xycoords="axes fraction", ha="right", fontsize=14, zorder=NAMES
+            )
 
     def _is_ring(self, joint: Link) -> bool:
         """Tells whether a pin is seen along its axis, as a ring."""
@@ -148,6 +157,7 @@ class Scene:
         paths = [self.fine.point(self.mechanism.anchor(name)) for name in names]
         paths += [contact(self.fine, joint) for joint in self.mechanism.joints if joint.type == "rolling"]
         self.traces = []
+        self.times, paths = smooth(self.fine.times, paths)
         for i, path in enumerate(paths):
             color = TRACE[i % len(TRACE)]
             (line,) = self.canvas.axes.plot(
@@ -160,9 +170,24 @@ class Scene:
         at = Moment(self.motion, index, self.view)
         for part in self.parts:
             part.move(at)
-        past = np.searchsorted(self.fine.times, self.motion.times[index], side="right")
+        past = np.searchsorted(self.times, self.motion.times[index] + 1e-12, side="right")
         for line, path in self.traces:
             line.set_data(*path[:past].T)
+
+
+# So many points are drawn for each one that is known of a path.
+BETWEEN = 6
+
+
+def smooth(times: Array, paths: list[Array]) -> tuple[Array, list[Array]]:
+    """Returns times and paths with points between, on cubics: bodies move on curves, not on polygons."""
+    whole = np.concatenate([[True], np.diff(times) > 0])
+    times, paths = times[whole], [path[whole] for path in paths]
+    if len(times) < 4:
+        return times, paths
+    known = np.arange(len(times))
+    fine = np.interp(np.arange(BETWEEN * (len(times) - 1) + 1) / BETWEEN, known, times)
+    return fine, [CubicSpline(times, path)(fine) for path in paths]
 
 
 # Traces differ from bodies.

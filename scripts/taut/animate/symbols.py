@@ -65,6 +65,15 @@ def joint_parts(canvas: Canvas, mechanism: Mechanism, motion: Motion, joint: Lin
     return [Dot(canvas, two, q, 0.8 * size, 1.0, marker="D", **WHITE)]
 
 
+def spiral(canvas: Canvas, spring: Link) -> Part:
+    """Returns a torsion spring: a spiral about the axis of its joint, fixed to the second body."""
+    frame = solids.along(spring.axes[1])
+    turn = np.linspace(0, 5 * np.pi, 90)
+    radius = canvas.radius * np.linspace(1.2, 3.2, 90)[:, None]
+    points = radius * (np.outer(np.cos(turn), frame[:, 0]) + np.outer(np.sin(turn), frame[:, 1]))
+    return Segment(canvas, spring.bodies[1], spring.points[1] + points, 1.8, linewidth=0.9)
+
+
 def _sliding(canvas: Canvas, mechanism: Mechanism, motion: Motion, joint: Link, axis: Array) -> list[Part]:
     """Returns a rail as long as the travel and, unless the body shows itself, a block on it."""
     one, two = joint.bodies

@@ -309,8 +309,10 @@ def fully_implicit(_: Results) -> Claim:
     return Claim(
         "Sect. 3.4: constraints can be added to problems in the fully implicit form g(y, ẏ, t) = 0, Eq. "
         "(18), in an external loop.",
-        "Taut integrates explicitly; Eqs (19) are there as the force form.",
-        otherwise="there is no implicit integration in the runs of the report",
+        "Eqs (19) are there as the force form, and Radau IIA integrates M dv/dt = f implicitly with the "
+        "constraints "
+        "as unknowns of its own; a g(y, ẏ, t) of one’s own is not taken.",
+        otherwise="no run of the report integrates implicitly",
     )
 
 
