@@ -48,6 +48,7 @@ module taut
    use taut_constrained_method_choose, only: check_method, new_constrained_ode
    use taut_constrained_projection_matrices, only: projection_matrices
    use taut_constrained_ritz, only: new_ritz, ritz_t
+   use taut_constrained_model_events, only: model_events_t
    use taut_constrained_simulate, only: simulate, simulation_t
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
    use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
@@ -55,6 +56,11 @@ module taut
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_beam, only: beam_t, new_beam, straight_nodes
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
+   use taut_model_mechanism, only: mechanism_t
+   use taut_model_mechanism_builder, only: mechanism_builder_t
+   use taut_model_mechanism_function, only: time_function_t
+   use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
+   use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_model_modal_body, only: modal_body_t, new_modal_body
    use taut_model_posed_system, only: posed_system_t
    use taut_model_rigid_bodies, only: new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
@@ -65,7 +71,8 @@ module taut
    implicit none (type, external)
    private
    public :: beam_t, new_beam, straight_nodes, beam_section_t, new_section, rectangular_section
-   public :: chain_t, new_chain
+   public :: chain_t, new_chain, n_four_bar_t, new_n_four_bar, new_pendulum, pendulum_t
+   public :: mechanism_t, mechanism_builder_t, time_function_t, model_events_t
    public :: posed_system_t, modal_body_t, new_modal_body, new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
    public :: jet_t, jet, operator(+), operator(-), operator(*), operator(/), operator(**), assignment(=)
    public :: operator(==), operator(/=), operator(<), operator(<=), operator(>), operator(>=)

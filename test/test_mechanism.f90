@@ -6,6 +6,7 @@ module test_mechanism
    use taut_model_mechanism_body, only: body_planar, body_planar_point, body_point, body_spatial, body_t, pose_t
    use taut_model_mechanism_function
    use taut_model_mechanism_joint
+   use taut_model_mechanism_joint_table
    use taut_model_mechanism_load, only: load_t, spring_t
    use taut_rotation, only: quaternion_of_vector
    use testing, only: check, check_below, check_close, new_test, no_error, test_t

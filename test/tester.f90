@@ -4,6 +4,7 @@ program tester
    use testing, only: outcome_t, run_suite
    use test_allocation, only: collect_allocation
    use test_automatic, only: collect_automatic
+   use test_builder, only: collect_builder
    use test_case, only: collect_case
    use test_linalg, only: collect_linalg
    use test_constrained, only: collect_constrained
@@ -62,6 +63,7 @@ program tester
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('modal body', collect_modal_body(), trim(only), outcome)
    call run_suite('radau', collect_radau(), trim(only), outcome)
+   call run_suite('builder', collect_builder(), trim(only), outcome)
    call run_suite('restart', collect_restart(), trim(only), outcome)
    call run_suite('ritz', collect_ritz(), trim(only), outcome)
    call run_suite('rigid bodies', collect_rigid_bodies(), trim(only), outcome)

@@ -16,7 +16,7 @@ module taut_case_mechanism
    use taut_model_mechanism, only: event_t, mechanism_t
    use taut_model_mechanism_assembly, only: assemble_holding, contradicting_velocities, hold_coordinate, worst_joint
    use taut_model_mechanism_function, only: function_table
-   use taut_model_mechanism_joint, only: type_coordinate, type_cylindrical, type_distance, type_prismatic, type_revolute
+   use taut_model_mechanism_joint, only: has_angle, has_displacement
    use taut_model_mechanism_report, only: mechanism_report_t, report_start
    implicit none (type, external)
    private
@@ -272,10 +272,10 @@ contains
          if (.not. any(quantity == [character(len=12) :: 'angle', 'displacement'])) &
             call raise(error, '', 'a joint has no quantity "'//trim(quantity)//'"', 'use "angle" or "displacement"')
          if (.not. allocated(error)) then
-            associate (type => parts%model%joints(made%joint)%type)
-               if (made%angle .and. .not. any(type == [type_revolute, type_cylindrical])) &
+            associate (watched => parts%model%joints(made%joint))
+               if (made%angle .and. .not. has_angle(watched)) &
                   call raise(error, '', 'joint "'//trim(joint)//'" has no angle', 'watch a revolute or a cylindrical joint')
-               if (.not. made%angle .and. .not. any(type == [type_prismatic, type_cylindrical, type_distance, type_coordinate])) &
+               if (.not. made%angle .and. .not. has_displacement(watched)) &
                   call raise(error, '', 'joint "'//trim(joint)//'" has no displacement', 'watch another joint')
             end associate
          end if

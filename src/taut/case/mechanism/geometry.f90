@@ -26,7 +26,8 @@ module taut_case_mechanism_geometry
    use taut_case_namelist_file, only: namelist_file_t
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: body_planar, body_planar_point, body_point, body_t
-   use taut_model_mechanism_joint, only: joint_t, joint_types, type_distance, type_fixed, type_spherical
+   use taut_model_mechanism_joint, only: joint_t
+   use taut_model_mechanism_joint_table, only: joint_types, type_distance, type_fixed, type_spherical
    implicit none (type, external)
    private
    public :: write_geometry

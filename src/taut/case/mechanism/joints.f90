@@ -6,9 +6,9 @@ module taut_case_mechanism_joints
                                         name_length, parts_t, start_pose
    use taut_case_namelist_file, only: given, group_t, namelist_file_t
    use taut_model_mechanism_body, only: pose_t
-   use taut_model_mechanism_joint, only: joint_frames, joint_rows, joint_t, joint_types, type_coordinate, type_distance, &
-                                         type_fixed, type_knife_edge, type_prismatic, type_revolute, type_rolling, type_spherical, &
-                                         type_universal
+   use taut_model_mechanism_joint, only: joint_frames, joint_rows, joint_t
+   use taut_model_mechanism_joint_table, only: joint_types, type_coordinate, type_distance, type_fixed, type_knife_edge, &
+                                               type_revolute, type_rolling, type_spherical, type_universal
    use taut_model_mechanism_row, only: row_t
    implicit none (type, external)
    private

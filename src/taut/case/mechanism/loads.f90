@@ -9,7 +9,7 @@ module taut_case_mechanism_loads
    use taut_case_namelist_file, only: given, group_t, namelist_file_t
    use taut_model_mechanism_body, only: pose_t
    use taut_model_mechanism_function, only: function_kinds, function_ramp, function_step, function_table, time_function_t
-   use taut_model_mechanism_joint, only: joint_angle, type_cylindrical, type_revolute
+   use taut_model_mechanism_joint, only: has_angle, joint_angle
    use taut_model_mechanism_load, only: load_t, spring_t
    implicit none (type, external)
    private
@@ -264,7 +264,7 @@ contains
             call find_joint(parts, expand(joint, number), 'joint', made%joint, error)
             if (allocated(error)) return
             associate (about => parts%model%joints(made%joint))
-               if (.not. any(about%type == [type_revolute, type_cylindrical])) &
+               if (.not. has_angle(about)) &
                   call raise(error, '', 'joint "'//about%name//'" has no angle', 'name a revolute or a cylindrical joint')
                made%free = joint_angle(about, start_pose(parts, about%body_1), start_pose(parts, about%body_2))
             end associate

@@ -6,23 +6,13 @@ module taut_model_mechanism_joint
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
    use taut_model_mechanism_body, only: pose_t, turned, turned_back
-   use taut_model_mechanism_row, only: row_angle, row_contact, row_distance, row_dot, row_knife, row_offset, row_point, &
-                                       row_rolling, row_t
+   use taut_model_mechanism_joint_table, only: in_plane, in_space, joint_kinds, type_coordinate, type_distance, type_spherical
+   use taut_model_mechanism_row, only: row_angle, row_contact, row_distance, row_knife, row_offset, row_rolling, row_t
    use taut_rotation, only: cross
    implicit none (type, external)
    private
-   public :: joint_t, joint_types, joint_rows, joint_frames, joint_angle, joint_displacement, joint_angle_rate
+   public :: joint_t, joint_rows, joint_frames, joint_angle, joint_displacement, joint_angle_rate
    public :: has_angle, has_displacement
-   public :: type_distance, type_spherical, type_revolute, type_prismatic, type_cylindrical, type_universal, type_planar, &
-             type_fixed, type_in_line, type_coordinate, type_rolling, type_knife_edge
-
-   integer, parameter :: type_distance = 1, type_spherical = 2, type_revolute = 3, type_prismatic = 4, type_cylindrical = 5, &
-                         type_universal = 6, type_planar = 7, type_fixed = 8, type_in_line = 9, type_coordinate = 10, &
-                         type_rolling = 11, type_knife_edge = 12
-   !> Names of the types, in the order of their numbers.
-   character(len=11), parameter :: joint_types(12) = [character(len=11) :: 'distance', 'spherical', 'revolute', 'prismatic', &
-                                                      'cylindrical', 'universal', 'planar', 'fixed', 'in-line', 'coordinate', &
-                                                      'rolling', 'knife-edge']
 
    !> A joint.
    type :: joint_t
@@ -53,7 +43,7 @@ contains
       !> The joint.
       type(joint_t), intent(in) :: joint
 
-      has_angle = any(joint%type == [type_revolute, type_cylindrical])
+      has_angle = joint_kinds(joint%type)%has_angle
    end function has_angle
 
    !> Whether it has a displacement to be shown.
@@ -61,7 +51,7 @@ contains
       !> The joint.
       type(joint_t), intent(in) :: joint
 
-      has_displacement = any(joint%type == [type_prismatic, type_cylindrical, type_distance, type_coordinate])
+      has_displacement = joint_kinds(joint%type)%has_displacement
    end function has_displacement
 
    !> Frames from an axis given in global axes (or two, for bodies that are not assembled).
@@ -140,96 +130,55 @@ contains
 
       here = 'joint "'//joint%name//'"'
       allocate (holonomic(0), rates(0))
-      if (planar .and. any(joint%type == [type_cylindrical, type_universal, type_planar, type_rolling])) &
-         call raise(error, here, 'a '//trim(joint_types(joint%type))//' joint has no meaning in the plane', &
-                    'use revolute, prismatic, fixed, in-line, distance or coordinate, or a spatial mechanism')
-      if (joint%angle_drive > 0 .and. .not. any(joint%type == [type_revolute, type_cylindrical])) &
-         call raise(error, here, 'a '//trim(joint_types(joint%type))//' joint has no angle to be driven', &
-                    'drive that of a revolute or cylindrical one')
-      if (joint%drive > 0 .and. .not. any(joint%type == [type_distance, type_prismatic, type_cylindrical, type_coordinate])) &
-         call raise(error, here, 'a '//trim(joint_types(joint%type))//' joint has no displacement to be driven', &
-                    'drive that of a prismatic or cylindrical one, a distance or a coordinate; `drive_angle` drives an angle')
-      if (allocated(error)) return
-      select case (joint%type)
-      case (type_spherical)
-         call coincide()
-      case (type_revolute)
-         call coincide()
-         if (.not. planar) call align()
-      case (type_universal)
-         call coincide()
-         call add(row_dot, a=joint%frame_1(:, 3), b=joint%frame_2(:, 3))
-      case (type_cylindrical)
-         call align()
-         call add(row_offset, a=joint%frame_1(:, 1))
-         call add(row_offset, a=joint%frame_1(:, 2))
-      case (type_prismatic)
-         call add(row_offset, a=joint%frame_1(:, 1))
-         if (planar) then
-            call add(row_dot, a=joint%frame_1(:, 1), b=joint%frame_2(:, 3))
-         else
-            call add(row_offset, a=joint%frame_1(:, 2))
-            call align()
-            call add(row_dot, a=joint%frame_1(:, 1), b=joint%frame_2(:, 2))
-         end if
-      case (type_planar)
-         call align()
-         call add(row_offset, a=joint%frame_1(:, 3))
-      case (type_in_line)
-         call add(row_offset, a=joint%frame_1(:, 1))
-         if (.not. planar) call add(row_offset, a=joint%frame_1(:, 2))
-      case (type_fixed)
-         call coincide()
-         call add(row_dot, a=joint%frame_1(:, 1), b=joint%frame_2(:, 2))
-         if (.not. planar) call add(row_dot, a=joint%frame_1(:, 2), b=joint%frame_2(:, 3))
-         if (.not. planar) call add(row_dot, a=joint%frame_1(:, 3), b=joint%frame_2(:, 1))
-      case (type_distance)
-         call add(row_distance, drive=joint%drive)
-      case (type_coordinate)
-         call add(row_point, a=joint%frame_1(:, 3), drive=joint%drive)
-      case (type_rolling)
-         call add(row_contact, a=joint%frame_1(:, 3), b=joint%frame_2(:, 3))
-         call add(row_rolling, a=joint%frame_1(:, 3), b=joint%frame_2(:, 3), side=joint%frame_1(:, 1))
-         call add(row_rolling, a=joint%frame_1(:, 3), b=joint%frame_2(:, 3), side=joint%frame_1(:, 2))
-      case (type_knife_edge)
-         call add(row_knife, b=joint%frame_2(:, 3))
-      end select
-      if (joint%angle_drive > 0) call add(row_angle, a=joint%frame_1(:, 2), side=joint%frame_1(:, 1), b=joint%frame_2(:, 1), &
-                                          drive=joint%angle_drive)
-      if (joint%drive > 0 .and. any(joint%type == [type_prismatic, type_cylindrical])) &
-         call add(row_offset, a=joint%frame_1(:, 3), drive=joint%drive)
+      associate (kind => joint_kinds(joint%type))
+         if (planar .and. .not. kind%planar) &
+            call raise(error, here, 'a '//trim(kind%name)//' joint has no meaning in the plane', &
+                       'use revolute, prismatic, fixed, in-line, distance or coordinate, or a spatial mechanism')
+         if (joint%angle_drive > 0 .and. .not. kind%has_angle) &
+            call raise(error, here, 'a '//trim(kind%name)//' joint has no angle to be driven', &
+                       'drive that of a revolute or cylindrical one')
+         if (joint%drive > 0 .and. .not. kind%has_displacement) &
+            call raise(error, here, 'a '//trim(kind%name)//' joint has no displacement to be driven', &
+                       'drive that of a prismatic or cylindrical one, a distance or a coordinate; `drive_angle` drives an angle')
+         if (allocated(error)) return
+         do i = 1, size(kind%rows)
+            associate (plan => kind%rows(i))
+               if (plan%kind == 0 .or. (planar .and. plan%where == in_space) .or. (.not. planar .and. plan%where == in_plane)) cycle
+               call add(plan%kind, axis(joint%frame_1, plan%a), axis(joint%frame_2, plan%b), axis(joint%frame_1, plan%side), &
+                        merge(joint%drive, 0, kind%drives_own_row))
+            end associate
+         end do
+         if (joint%angle_drive > 0) call add(row_angle, joint%frame_1(:, 2), joint%frame_2(:, 1), joint%frame_1(:, 1), &
+                                             joint%angle_drive)
+         if (joint%drive > 0 .and. .not. kind%drives_own_row) &
+            call add(row_offset, joint%frame_1(:, 3), [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], joint%drive)
+      end associate
 
    contains
 
-      !> The points coincide.
-      subroutine coincide()
+      !> An axis of a frame; below zero, a global one; 0, none.
+      pure function axis(frame, i) result(e)
+         real(wp), intent(in) :: frame(3, 3)
+         integer, intent(in) :: i
          real(wp) :: e(3)
 
-         do i = 1, merge(2, 3, planar)
-            e = 0.0_wp
-            e(i) = 1.0_wp
-            call add(row_point, a=e)
-         end do
-      end subroutine coincide
-
-      !> The axes are parallel.
-      subroutine align()
-         call add(row_dot, a=joint%frame_1(:, 1), b=joint%frame_2(:, 3))
-         call add(row_dot, a=joint%frame_1(:, 2), b=joint%frame_2(:, 3))
-      end subroutine align
+         e = 0.0_wp
+         if (i > 0) e = frame(:, i)
+         if (i < 0) e(-i) = 1.0_wp
+      end function axis
 
       !> One row.
       subroutine add(kind, a, b, side, drive)
          integer, intent(in) :: kind
-         real(wp), intent(in), optional :: a(3), b(3), side(3)
-         integer, intent(in), optional :: drive
+         real(wp), intent(in) :: a(3), b(3), side(3)
+         integer, intent(in) :: drive
          type(row_t) :: row
 
          row%kind = kind
-         if (present(a)) row%a = a
-         if (present(b)) row%b = b
-         if (present(side)) row%side = side
-         if (present(drive)) row%drive = drive
+         row%a = a
+         row%b = b
+         row%side = side
+         row%drive = drive
          row%p_1 = joint%p_1
          row%p_2 = joint%p_2
          if (any(kind == [row_distance, row_contact, row_rolling]) .or. joint%type == type_coordinate) row%length = joint%length

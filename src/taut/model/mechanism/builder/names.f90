@@ -1,0 +1,49 @@
+!> Names of the parts of a mechanism that is being built: each once, and found again.
+submodule(taut_model_mechanism_builder) taut_model_mechanism_builder_names
+   implicit none (type, external)
+
+contains
+
+   !> A name must be fit for the header of a table, and no other's.
+   module procedure check_name
+      integer :: number
+
+      if (len_trim(name) == 0) then
+         call raise(self%error, '', 'it has no name', 'give name = "..."')
+      else if (verify(trim(name), 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-') > 0) then
+         call raise(self%error, '', 'its name has a character that is not allowed', 'use letters, digits, - and _')
+      end if
+      number = self%anchor_names%find(name)
+      ! A point of the ground has no columns.
+      if (number > 0 .and. of_joint) then
+         if (self%anchors(number)%body == 0) number = 0
+      end if
+      if (number > 0 .or. name == 'ground' .or. (of_joint .and. self%joint_names%find(name) > 0)) &
+         call raise(self%error, '', 'the name is taken: there are two of it', &
+                    'rename one of them (bodies, points and joints share the columns of the table)')
+   end procedure check_name
+
+   !> Names the part in the error, if something is wrong.
+   module procedure locate
+      if (.not. allocated(self%error)) return
+      if (len(self%error%where) > 0) return
+      self%error%where = kind
+      if (len_trim(name) > 0) self%error%where = kind//' "'//trim(name)//'"'
+   end procedure locate
+
+   !> Adds an anchor.
+   module procedure keep_anchor
+      type(anchor_t), allocatable :: more(:)
+
+      if (.not. allocated(self%anchors)) allocate (self%anchors(16))
+      if (self%anchor_count == size(self%anchors)) then
+         allocate (more(2*self%anchor_count))
+         more(:self%anchor_count) = self%anchors
+         call move_alloc(more, self%anchors)
+      end if
+      self%anchor_count = self%anchor_count + 1
+      self%anchors(self%anchor_count) = anchor
+      call self%anchor_names%add(anchor%name, self%anchor_count)
+   end procedure keep_anchor
+
+end submodule taut_model_mechanism_builder_names
