@@ -211,7 +211,7 @@ def test_good_input(mechanism: Path, tmp_path: Path) -> None:
     done = start(mechanism, tmp_path, "case.nml", "--out", "out", "--quiet")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     names = {path.name for path in (tmp_path / "out/case").iterdir()}
-    assert names == {"model.csv", "present.csv", "summary.csv"}
+    assert names == {"geometry.csv", "model.csv", "present.csv", "summary.csv"}
 
 
 def blocks(page: str) -> list[str]:
