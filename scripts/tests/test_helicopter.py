@@ -152,6 +152,17 @@ def test_an_automatic_first_step_is_a_condition(tmp_path: Path) -> None:
     assert "203 and 203 with an automatic first step" in claim.taut
 
 
+def test_the_flap_has_its_amplitude_in_closed_form(tmp_path: Path) -> None:
+    claim = judged(tmp_path, helicopter_claims.flap_amplitude)
+    assert "0.02977" in claim.paper.replace("\u00a0", " ") and "0.0298" in claim.taut
+    # Another moment, another amplitude.
+    assert claim.verdict is not Verdict.NO
+    for name in ("figure10", "figure10_tight"):
+        path = tmp_path / name / "model.csv"
+        path.write_text(path.read_text().replace("gamma,8.0", "gamma,9.0"))
+    assert helicopter_claims.flap_amplitude(Results(tmp_path)).verdict is Verdict.NO
+
+
 def test_a_soft_control_system(tmp_path: Path) -> None:
     same = {"penalty": TIGHT}
     claim = judged(tmp_path, helicopter_claims.soft_frequency, soft_control_tight=same)

@@ -5,7 +5,7 @@ import numpy as np
 from taut.formats import count, listed, number
 from taut.report.document import Chapter, Figure, Paragraph, Section, Table
 from taut.report.helicopter import figures as helicopter
-from taut.report.helicopter.claims import CLAIMS, OLD, PAPER, SOFT, STIFF, TIGHT
+from taut.report.helicopter.claims import CHECKS, CLAIMS, OLD, PAPER, SOFT, STIFF, TIGHT
 from taut.report.helicopter.measures import dominant_frequency, largest
 from taut.report.judgment import judged
 from taut.results import Results
@@ -66,6 +66,7 @@ def build(results: Results) -> Chapter:
         title="Helicopter blade",
         reference="Sect. 4.3",
         claims=judged(CLAIMS, results),
+        checks=judged(CHECKS, results),
         figures=figures,
         sections=(
             Section("Table 3", table_3(results)),

@@ -1,5 +1,7 @@
 """What the paper says about the helicopter blade (Sect. 4.3) and what taut gives, row by row."""
 
+import math
+
 from taut.formats import count, number, percent
 from taut.report.document import Claim, Held
 from taut.report.helicopter.measures import (
@@ -18,6 +20,8 @@ PAPER, OLD, TIGHT, AUTOMATIC = "figure10", "figure10_odepkg", "figure10_tight", 
 SOFT, STIFF = "soft_control", "stiff_control"
 # What is 'essentially' nothing beside something else.
 NOTHING = 1e-2
+# The moment that drives the flap once per revolution, as the paper has it [N m].
+FLAP_MOMENT = 1e4
 # Angles that are off by less are 'qualitatively comparable'.
 COMPARABLE = 0.25
 
@@ -282,6 +286,26 @@ def soft_violation(results: Results) -> Claim:
     )
 
 
+def flap_amplitude(results: Results) -> Claim:
+    """Compares the flap with the forced motion of Eq. (30a), whose damping balances the resonance."""
+    told, met = [], []
+    for name, near in ((PAPER, 1e-2), (TIGHT, 1e-3)):
+        case = results.case(name)
+        model = case.model
+        off_resonance, damping = model["nu_beta_squared"] - 1, model["gamma"] / 16
+        exact = FLAP_MOMENT / (model["i_b"] * model["omega"] ** 2 * math.hypot(off_resonance, damping))
+        found = float(harmonics(model, case.run("present"), "beta")[0])
+        met.append(abs(found / exact - 1) < near)
+        told.append(f"{number(found, 5)} ({percent(found / exact - 1)})")
+    return Claim(
+        "Closed form: damping balances the resonance at a flap of M/(I_b Ω²) / √((ν_β² − 1)² + (γ/16)²) = "
+        f"{number(exact, 4, 'rad')}.",
+        f"Once per revolution after {SETTLED:g} s {told[0]}; at a strict tolerance {told[1]}.",
+        **paper_and_strict(*met),
+        otherwise="another amplitude",
+    )
+
+
 F10, F11, F12 = (f"helicopter_figure{i}" for i in (10, 11, 12))
 # By the figures that they are read from.
 CLAIMS = (
@@ -299,3 +323,4 @@ CLAIMS = (
     Row(second_harmonic, F12),
     Row(multiplier, F12),
 )
+CHECKS = (Row(flap_amplitude),)

@@ -92,7 +92,7 @@ def replaced(results: Results) -> tuple[Paragraph | Table, ...]:
             rows,
         ),
         Paragraph(
-            "With an honest error test and steps of 0.05 s (Figure 3) the energy changes by "
+            "With an honest error test and steps of 0.05 s (the figure below) the energy changes by "
             f"{number(position, unit='J', plus=True)} with the position replaced and by "
             f"{number(both, unit='J', plus=True)} with both: {number(abs(position / both))} times less at "
             "the same cost. That is why both is the default. Stages that are not projected keep the "
