@@ -9,6 +9,7 @@ program tester
    use test_linalg, only: collect_linalg
    use test_constrained, only: collect_constrained
    use test_helicopter, only: collect_helicopter
+   use test_faults, only: collect_faults
    use test_jet, only: collect_jet
    use test_helicopter_motion, only: collect_helicopter_motion
    use test_pendulum, only: collect_pendulum
@@ -70,6 +71,7 @@ program tester
    call run_suite('squeezer', collect_squeezer(), trim(only), outcome)
    call run_suite('swing', collect_swing(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
+   call run_suite('faults', collect_faults(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
    call run_suite('entries', collect_entries(), trim(only), outcome)
    call run_suite('settings', collect_settings(), trim(only), outcome)

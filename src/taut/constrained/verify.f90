@@ -3,6 +3,8 @@ module taut_constrained_verify
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
+   use taut_constrained_method_options, only: method_t
+   use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
@@ -21,16 +23,22 @@ module taut_constrained_verify
       integer :: row = 0, column = 0
       !> What the system gives, what was expected.
       real(wp) :: given = 0.0_wp, expected = 0.0_wp
+      !> Whether it may be no fault of its own, but follow from one that is found before it.
+      logical :: follows = .false.
       !> In words.
       character(:), allocatable :: message
    end type finding_t
+
+   !> Length of a name.
+   integer, parameter :: name_length = 32
 
 contains
 
    !> Compares the procedures of a system with each other at a state, by central differences.
    !!
    !! A(i, j) is compared with the derivative of phi_i along velocity j, b' with -dphi/dt, and b'' with the rate of
-   !! b' - A v at constant v along the motion. The velocities should not be zero, or b'' is not tested.
+   !! b' - A v at constant v along the motion. Where nothing is wrong with the given state, two states near it are looked at
+   !! too, brought to the constraints and with other velocities: at rest most faults of b'' do not show.
    subroutine verify(model, at, findings, error, tolerance)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
@@ -42,8 +50,10 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       !> Difference that is let pass, relative to the largest entry of what is compared. Default 1e-6.
       real(wp), intent(in), optional :: tolerance
-      real(wp), allocatable :: a(:, :), a_expected(:, :), b(:), b_expected(:), phi(:), f(:), g(:)
-      type(state_t) :: here
+      type(state_t) :: here, near
+      type(finding_t), allocatable :: more(:)
+      type(error_t), allocatable :: no_start
+      type(start_report_t) :: report
       real(wp) :: allowed
       integer :: i
 
@@ -66,6 +76,105 @@ contains
       call check_supplied(model, here, error)
       if (allocated(error)) return
 
+      call look(model, here, allowed, findings)
+      do i = 1, 2
+         if (size(findings) > 0) exit
+         near = shaken(model, here, i)
+         if (allocated(no_start)) deallocate (no_start)
+         call consistent_start(model, method_t(), near, report, no_start)
+         if (allocated(no_start)) cycle
+         allocate (more(0))
+         call look(model, near, allowed, more)
+         call check_constancy(model, here, near, allowed, more)
+         call elsewhere(more)
+         call move_alloc(more, findings)
+      end do
+      call mark_followers(findings)
+   end subroutine verify
+
+   !> A state near another, with other velocities; differences are of the size of what there is.
+   function shaken(model, at, k) result(near)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      integer, intent(in) :: k
+      type(state_t) :: near
+      real(wp) :: size_of_v, size_of_x
+      real(wp) :: d(model%n)
+      integer :: i
+
+      near = at
+      size_of_x = size_of(at%x)
+      size_of_v = largest(at%v)
+      if (.not. size_of_v > 0.0_wp) size_of_v = size_of_x
+      d = [(0.02_wp*size_of_x*sin(2.3_wp*i*k + 0.7_wp), i=1, model%n)]
+      call model%displace(d, near%x)
+      call model%normalize(near%x)
+      near%v = at%v + [(size_of_v*cos(1.9_wp*i*k + 0.4_wp), i=1, model%n)]
+      near%t = at%t + 0.013_wp*k
+   end function shaken
+
+   !> M at two states, of a system that says that it never changes.
+   subroutine check_constancy(model, here, near, allowed, findings)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: here, near
+      real(wp), intent(in) :: allowed
+      type(finding_t), allocatable, intent(inout) :: findings(:)
+      type(block_diagonal_t) :: m
+      real(wp), allocatable :: first(:, :), second(:, :)
+      integer :: i, j
+
+      if (.not. model%constant_mass) return
+      call m%init(model%mass_blocks)
+      call model%mass(here, m)
+      first = m%dense()
+      call model%mass(near, m)
+      second = m%dense()
+      if (.not. (all(ieee_is_finite(first)) .and. all(ieee_is_finite(second)))) return
+      do j = 1, model%n
+         do i = j, model%n
+            if (abs(first(i, j) - second(i, j)) <= allowed*maxval(abs(first))) cycle
+            call note('M', i, j, second(i, j), first(i, j), trim(entry_name('M', i, j))//' changes, and the system says that M '// &
+                      'never does: give define constant_mass = .false.', findings)
+            return
+         end do
+      end do
+   end subroutine check_constancy
+
+   !> Says of findings that they are of another state.
+   subroutine elsewhere(findings)
+      type(finding_t), intent(inout) :: findings(:)
+      integer :: i
+
+      do i = 1, size(findings)
+         findings(i)%message = findings(i)%message//' (at a state near the given one)'
+      end do
+   end subroutine elsewhere
+
+   !> What may follow from another finding: all but H itself where H is wrong, b'' of rows whose A or b' is wrong.
+   subroutine mark_followers(findings)
+      type(finding_t), intent(inout) :: findings(:)
+      integer :: i
+
+      do i = 1, size(findings)
+         select case (findings(i)%what)
+         case ('H^+', 'A', "b'")
+            findings(i)%follows = any(findings%what == 'H')
+         case ("b''")
+            findings(i)%follows = any(findings%what == 'H') .or. &
+                                  any((findings%what == 'A' .or. findings%what == "b'") .and. findings%row == findings(i)%row)
+         end select
+      end do
+   end subroutine mark_followers
+
+   !> All comparisons at a state.
+   subroutine look(model, here, allowed, findings)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: here
+      real(wp), intent(in) :: allowed
+      type(finding_t), allocatable, intent(inout) :: findings(:)
+      real(wp), allocatable :: a(:, :), a_expected(:, :), b(:), b_expected(:), phi(:), f(:), g(:)
+      integer :: i
+
       allocate (a(model%c, model%n), a_expected(model%c, model%n), b(model%c), b_expected(model%c), &
                 phi(model%n_phi), f(model%n), g(model%n_w), source=unset())
       call check_mass(model, here, allowed, findings)
@@ -86,7 +195,8 @@ contains
       a_expected = unset()
       b_expected = unset()
       do i = 1, size(steps)
-         call differentiate_phi(model, here, steps(i), a, b, a_expected, b_expected)
+         call differentiate_phi(model, here, steps(i), a, b, g, a_expected, b_expected)
+         call differentiate_phi(model, here, steps(i)*size_of(here%x), a, b, g, a_expected, b_expected)
       end do
       do i = 1, model%n_phi
          call compare("b'", i, 0, b(i), b_expected(i), scale_of(b_expected, a, here%v), allowed, findings)
@@ -98,14 +208,14 @@ contains
       call check_set("b''", b, findings)
       b_expected = unset()
       do i = 1, size(steps)
-         call differentiate_rate(model, here, steps(i), b, b_expected)
+         call differentiate_rate(model, here, steps(i), g, b, b_expected)
       end do
       do i = 1, model%c
          ! The derivative is taken of A v - b', so that its error grows with these.
          call compare("b''", i, 0, b(i), b_expected(i), scale_of(b_expected, a, here%v), &
                       10.0_wp*allowed, findings)
       end do
-   end subroutine verify
+   end subroutine look
 
    !> A value that no procedure leaves behind by intention.
    function unset()
@@ -141,6 +251,15 @@ contains
       end do
    end function largest
 
+   !> The size of what is there, or one.
+   pure function size_of(values) result(it)
+      real(wp), intent(in) :: values(:)
+      real(wp) :: it
+
+      it = largest(values)
+      if (.not. it > 0.0_wp) it = 1.0_wp
+   end function size_of
+
    !> Takes a difference as what is expected if it is nearer to what is given than those before it.
    elemental subroutine take_nearer(given, trial, expected)
       real(wp), intent(in) :: given, trial
@@ -171,15 +290,18 @@ contains
       findings = [findings, finding]
    end subroutine note
 
-   !> Name of an entry, such as A(2, 3).
+   !> Name of an entry, such as A(2, 3). Its length is fixed: the compiler keeps results of deferred length in static memory, which
+   !! threads share.
    pure function entry_name(what, row, column) result(name)
       character(*), intent(in) :: what
       integer, intent(in) :: row, column
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
-      name = what//'('//to_text(row)
-      if (column > 0) name = name//', '//to_text(column)
-      name = name//')'
+      if (column > 0) then
+         write (name, '(2a, i0, a, i0, a)') what, '(', row, ', ', column, ')'
+      else
+         write (name, '(2a, i0, a)') what, '(', row, ')'
+      end if
    end function entry_name
 
    !> Entries that were never set, or are not finite.
@@ -194,7 +316,7 @@ contains
       if (present(column)) j = column
       do i = 1, size(values)
          if (.not. ieee_is_finite(values(i))) &
-            call note(what, i, j, values(i), 0.0_wp, entry_name(what, i, j)//' is not set or not finite', findings)
+            call note(what, i, j, values(i), 0.0_wp, trim(entry_name(what, i, j))//' is not set or not finite', findings)
       end do
    end subroutine check_set
 
@@ -207,7 +329,7 @@ contains
 
       if (.not. (ieee_is_finite(given) .and. ieee_is_finite(expected))) return
       if (abs(given - expected) <= allowed*max(scale, 1.0e-8_wp)) return
-      call note(what, row, column, given, expected, entry_name(what, row, column)//' is '//to_text(given)// &
+      call note(what, row, column, given, expected, trim(entry_name(what, row, column))//' is '//to_text(given)// &
                 ' and should be '//to_text(expected)//': off by '//to_text(given - expected), findings)
    end subroutine compare
 
@@ -243,7 +365,7 @@ contains
             row(column(k)) = values(k)
             if (.not. ieee_is_finite(values(k))) &
                call note('A', i, column(k), values(k), a(i, column(k)), &
-                         entry_name('A', i, column(k))//' of jacobian_entries is not set or not finite', findings)
+                         trim(entry_name('A', i, column(k)))//' of jacobian_entries is not set or not finite', findings)
          end do
          do j = 1, model%n
             call compare('A', i, j, row(j), a(i, j), largest(a(i, :)), allowed, findings)
@@ -264,6 +386,11 @@ contains
       call m%init(model%mass_blocks)
       m%values(:) = unset()
       call model%mass(at, m)
+      if (m%stray(1) > 0) then
+         call note('M', m%stray(1), m%stray(2), 0.0_wp, 0.0_wp, trim(entry_name('M', m%stray(1), m%stray(2)))// &
+                   ' is outside the blocks that mass_blocks states', findings)
+         return
+      end if
       k = m%dense()
       do j = 1, model%n
          call check_set('M', k(:, j), findings, j)
@@ -276,7 +403,7 @@ contains
       end do
       call m%factorize(info)
       if (info /= 0) call note('M', info, info, k(info, info), 0.0_wp, &
-                               'M is not positive definite: row '//to_text(info), findings)
+                               trim(entry_name('M', info, info))//': M is not positive definite', findings)
    end subroutine check_mass
 
    !> H(x) v, its inverse, and x (+) d against each other.
@@ -285,7 +412,8 @@ contains
       type(state_t), intent(in) :: at
       real(wp), intent(in) :: allowed
       type(finding_t), allocatable, intent(inout) :: findings(:)
-      real(wp) :: rate(model%n_x), back(model%n), x_plus(model%n_x), x_minus(model%n_x), expected(model%n_x), d
+      real(wp) :: rate(model%n_x), back(model%n), x_plus(model%n_x), x_minus(model%n_x), expected(model%n_x), &
+                  again(model%n_x), d
       integer :: i
 
       rate = unset()
@@ -294,10 +422,18 @@ contains
       call check_set('H', rate, findings)
       if (.not. all(ieee_is_finite(rate))) return
       call model%v_of_x_rate(at, rate, back)
-      do i = 1, model%n
-         call compare('H^+', i, 0, back(i), at%v(i), maxval(abs(at%v)), allowed, findings)
-      end do
       call check_set('H^+', back, findings)
+      if (model%n_x >= model%n) then
+         do i = 1, model%n
+            call compare('H^+', i, 0, back(i), at%v(i), maxval(abs(at%v)), allowed, findings)
+         end do
+      else
+         ! Not all velocities have a coordinate: those that come back give the same rates.
+         call model%x_rate(at, back, again)
+         do i = 1, model%n_x
+            call compare('H^+', i, 0, again(i), rate(i), maxval(abs(rate)), allowed, findings)
+         end do
+      end if
       expected = unset()
       do i = 1, size(steps)
          d = steps(i)/max(1.0_wp, maxval(abs(at%v)))
@@ -313,10 +449,10 @@ contains
    end subroutine check_rates
 
    !> dphi/dx H and -dphi/dt by central differences.
-   subroutine differentiate_phi(model, at, step, a, b, a_expected, b_expected)
+   subroutine differentiate_phi(model, at, step, a, b, g, a_expected, b_expected)
       class(mechanical_system_t), intent(in) :: model
       type(state_t), intent(in) :: at
-      real(wp), intent(in) :: step, a(:, :), b(:)
+      real(wp), intent(in) :: step, a(:, :), b(:), g(:)
       real(wp), intent(inout) :: a_expected(:, :), b_expected(:)
       type(state_t) :: near
       real(wp) :: d(model%n), plus(model%n_phi), minus(model%n_phi), dt
@@ -335,18 +471,21 @@ contains
       end do
       near = at
       dt = max(step, 1.0e3_wp*spacing(at%t))
+      ! What is not mechanics goes on, where phi depends on it.
       near%t = at%t + dt
+      near%w = at%w + dt*g
       call model%constraint(near, plus)
       near%t = at%t - dt
+      near%w = at%w - dt*g
       call model%constraint(near, minus)
       call take_nearer(b(1:model%n_phi), -(plus - minus)/(2.0_wp*dt), b_expected(1:model%n_phi))
    end subroutine differentiate_phi
 
    !> The rate of b' - A v at constant v, along x (+) v dt and t + dt, by central differences.
-   subroutine differentiate_rate(model, at, step, b, b_expected)
+   subroutine differentiate_rate(model, at, step, g, b, b_expected)
       class(mechanical_system_t), intent(in) :: model
       type(state_t), intent(in) :: at
-      real(wp), intent(in) :: step, b(:)
+      real(wp), intent(in) :: step, g(:), b(:)
       real(wp), intent(inout) :: b_expected(:)
       real(wp) :: plus(model%c), minus(model%c), dt
 
@@ -365,6 +504,7 @@ contains
 
          near = at
          near%t = at%t + dt
+         near%w = at%w + dt*g
          call model%displace(dt*at%v, near%x)
          call model%jacobian(near, a)
          call model%velocity_rhs(near, b_prime)

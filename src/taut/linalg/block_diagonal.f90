@@ -20,6 +20,8 @@ module taut_linalg_block_diagonal
       integer, allocatable :: first(:)
       !> Blocks one after the other, each in column order.
       real(wp), allocatable :: values(:)
+      !> Row and column of an entry outside the blocks that `set_dense` was given; 0 if there was none.
+      integer :: stray(2) = 0
       !> Cholesky factors, laid out like `values`; where all blocks have size one, the reciprocals 1/K_ii.
       real(wp), allocatable, private :: factor(:)
       !> The blocks that the factors are of, where there are blocks larger than one: the same ones are not factorized again.
@@ -144,7 +146,10 @@ contains
          do j = f, l
             do i = 1, self%n
                if (i >= f .and. i <= l) cycle
-               if (abs(values(i, j)) > 0.0_wp) self%values(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+               if (abs(values(i, j)) > 0.0_wp) then
+                  self%values(:) = ieee_value(1.0_wp, ieee_quiet_nan)
+                  self%stray = [i, j]
+               end if
             end do
          end do
       end do
