@@ -7,8 +7,9 @@ module test_faults
    use faulty_system, only: faulty_t, planted
    use squeezer, only: new_squeezer, squeezer_start
    use systems, only: bead, driven_pivot, new_compound, new_coupler, new_particle, sleigh, sleigh_in_space, two_rods
-   use taut, only: error_t, finding_t, mechanical_system_t, new_rigid_bodies, quaternion_of_vector, rigid_bodies_t, rigid_body_t, &
-                   spherical_joint_t, state_t, verify, wp
+   use taut, only: error_t, finding_t, integration_result_t, mechanical_system_t, new_rigid_bodies, quaternion_of_vector, &
+                   rigid_bodies_t, rigid_body_t, simulate, spherical_joint_t, state_t, verify, wp
+   use taut_error, only: to_text
    use taut_model_beam, only: beam_t
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_helicopter, only: helicopter_data_t, helicopter_t, new_helicopter
@@ -27,6 +28,7 @@ contains
 
       tests = [new_test('twenty faults in as many systems', twenty), &
                new_test('the same systems without', none), &
+               new_test('simulate sees faults of the constraints and of a constant mass at its first look', first), &
                new_test('right systems of rare kinds', rare)]
    end function collect_faults
 
@@ -142,6 +144,38 @@ contains
          call check(failure, findings(i)%what == what, fault//' gives '//findings(i)%message)
       end do
    end subroutine is_found
+
+   subroutine first(failure)
+      character(:), allocatable, intent(inout) :: failure
+
+      call with_each(failure, is_seen)
+   end subroutine first
+
+   !> A run does not begin; and does, where it is told not to look.
+   subroutine is_seen(failure, right, at, fault, row, column, factor, what)
+      character(:), allocatable, intent(inout) :: failure
+      class(mechanical_system_t), intent(in) :: right
+      type(state_t), intent(in) :: at
+      character(*), intent(in) :: fault, what
+      integer, intent(in) :: row, column
+      real(wp), intent(in) :: factor
+      type(state_t) :: there
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+
+      if (.not. any(what == [character(len=3) :: 'A', 'b''', 'b''''']) .and. fault /= 'constant') return
+      ! A start that no projection mends is an error of its own.
+      there = at
+      call simulate(planted(right, fault, row, column, factor), there, at%t, result, error)
+      call check(failure, allocated(error), fault//' is not seen in row '//to_text(row)//' of '//to_text(right%c))
+      if (.not. allocated(error)) return
+      call check(failure, error%where == 'first look' .or. error%where == 'initial state', error%line())
+      deallocate (error)
+      if (fault /= 'b''''') return
+      there = at
+      call simulate(planted(right, fault, row, column, factor), there, at%t, result, error, look=.false.)
+      call no_error(failure, error)
+   end subroutine is_seen
 
    subroutine none(failure)
       character(:), allocatable, intent(inout) :: failure

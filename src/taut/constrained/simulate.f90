@@ -5,6 +5,7 @@ module taut_constrained_simulate
    use taut_error, only: error_t
    use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_method_choose, only: new_constrained_ode
+   use taut_constrained_first_look, only: first_look
    use taut_constrained_method_options, only: method_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: mechanical_system_t, state_t
@@ -129,7 +130,7 @@ contains
    !!
    !! An integration that ends early is no error here: see `result%status` and `result%error`; everything up to then
    !! has been seen by the observer.
-   subroutine simulate(model, at, t_end, result, error, method, options, observer, events, start, ode)
+   subroutine simulate(model, at, t_end, result, error, method, options, observer, events, start, ode, look)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
       !> Initial state, its time included; on return, the state at the time reached.
@@ -152,14 +153,35 @@ contains
       type(start_report_t), intent(out), optional :: start
       !> The formulation, for its counters.
       class(constrained_ode_t), allocatable, intent(out), optional :: ode
+      !> Whether to look first, at little cost, if the system's derivatives are right; what is certainly wrong is an error. Default
+      !! true.
+      logical, intent(in), optional :: look
       type(simulation_t) :: simulation
+      logical :: looks
 
       call simulation%init(model, error, method, options)
+      looks = .true.
+      if (present(look)) looks = look
+      if (looks .and. .not. allocated(error)) call look_at_start(simulation, at, error)
       if (allocated(error)) return
       call simulation%run(at, t_end, error, observer, events, start)
       at = simulation%at
       if (.not. allocated(error)) result = simulation%result
       if (present(ode)) call move_alloc(simulation%ode, ode)
    end subroutine simulate
+
+   !> Looks at a system where it starts; a start that cannot be is for `run` to tell.
+   subroutine look_at_start(simulation, at, error)
+      type(simulation_t), intent(in) :: simulation
+      type(state_t), intent(in) :: at
+      type(error_t), allocatable, intent(inout) :: error
+      type(state_t) :: there
+      type(start_report_t) :: report
+      type(error_t), allocatable :: no_start
+
+      there = at
+      call consistent_start(simulation%ode%model, simulation%ode%options, there, report, no_start)
+      if (.not. allocated(no_start)) call first_look(simulation%ode%model, there, error)
+   end subroutine look_at_start
 
 end module taut_constrained_simulate

@@ -9,7 +9,7 @@ module taut_constrained_verify
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
-   public :: verify, finding_t
+   public :: verify, finding_t, shaken
 
    !> Steps of the central differences: the cube root of round-off, times sizes that a system may be of. What a system gives
    !! is right if it agrees with one of the differences; so small mechanisms and fast motions need no option.
@@ -94,9 +94,13 @@ contains
 
    !> A state near another, with other velocities; differences are of the size of what there is.
    function shaken(model, at, k) result(near)
+      !> The system.
       class(mechanical_system_t), intent(in) :: model
+      !> The state.
       type(state_t), intent(in) :: at
+      !> Each number gives another one.
       integer, intent(in) :: k
+      !> Not on the constraints.
       type(state_t) :: near
       real(wp) :: size_of_v, size_of_x
       real(wp) :: d(model%n)
@@ -292,15 +296,15 @@ contains
 
    !> Name of an entry, such as A(2, 3). Its length is fixed: the compiler keeps results of deferred length in static memory, which
    !! threads share.
-   pure function entry_name(what, row, column) result(name)
+   pure function entry_name(what, row, column) result(text)
       character(*), intent(in) :: what
       integer, intent(in) :: row, column
-      character(len=name_length) :: name
+      character(len=name_length) :: text
 
       if (column > 0) then
-         write (name, '(2a, i0, a, i0, a)') what, '(', row, ', ', column, ')'
+         write (text, '(2a, i0, a, i0, a)') what, '(', row, ', ', column, ')'
       else
-         write (name, '(2a, i0, a)') what, '(', row, ')'
+         write (text, '(2a, i0, a)') what, '(', row, ')'
       end if
    end function entry_name
 
