@@ -1,7 +1,7 @@
 !> Tests of building a mechanism part by part.
 module test_builder
-   use taut, only: error_t, integration_options_t, integration_result_t, mechanism_builder_t, mechanism_t, simulate, state_t, &
-                   status_reached_end, wp
+   use taut, only: block_diagonal_t, error_t, integration_options_t, integration_result_t, mechanism_builder_t, mechanism_t, &
+                   simulate, state_t, status_reached_end, wp
    use taut_name_index, only: name_index_t
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
@@ -19,6 +19,7 @@ contains
       tests = [new_test('names are found again', names_found), &
                new_test('a double pendulum keeps its energy and its joints', double_pendulum), &
                new_test('a spring, a load and an event', spring_and_load), &
+               new_test('elastic rows are the stiff part of the force', elastic_rows), &
                new_test('what is wrong first is told', faults)]
    end function collect_builder
 
@@ -100,6 +101,64 @@ contains
       call mechanism%event_values(at, g)
       call check_close(failure, g(1), 0.75_wp, 1.0e-15_wp, 'event')
    end subroutine spring_and_load
+
+   !> f = f_s - B^T k g in a state that moves, and B is the derivative of the length of a spring.
+   subroutine elastic_rows(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(mechanism_builder_t) :: builder
+      type(mechanism_t) :: mechanism
+      type(state_t) :: at, near
+      type(error_t), allocatable :: error
+      type(block_diagonal_t) :: stiffness
+      integer, allocatable :: column(:), first(:)
+      real(wp), allocatable :: b(:), b_near(:), d(:), f(:), g(:), g_near(:), sigma(:), soft(:)
+      real(wp), parameter :: step = 1.0e-6_wp
+      integer :: i, j, k
+
+      call build(builder)
+      call builder%add_spring('ground', 'lower', [0.5_wp, 0.3_wp, 1.0_wp], [1.7_wp, 0.1_wp, 0.0_wp], stiffness=100.0_wp, &
+                              damping=3.0_wp, preload=2.0_wp)
+      call builder%add_spring('lower', 'upper', [1.9_wp, 0.1_wp, 0.0_wp], [0.2_wp, 0.0_wp, 0.1_wp], damping=5.0_wp)
+      call builder%add_spring(joint='B', stiffness=20.0_wp, free_angle=0.4_wp)
+      call builder%add_beam('beam', [0.0_wp, 1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 0.0_wp], 2, young=1.0e7_wp, density=1000.0_wp, &
+                            thickness=0.05_wp, width=0.05_wp, axis_2=[0.0_wp, 0.0_wp, 1.0_wp], damping=1.0e-3_wp)
+      call builder%complete(mechanism, at, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      do i = 1, mechanism%n
+         at%v(i) = 0.1_wp*sin(3.0_wp*i)
+      end do
+      call mechanism%displace(0.03_wp*at%v, at%x)
+      call mechanism%normalize(at%x)
+      call mechanism%elastic_pattern(first, column)
+      call check(failure, mechanism%n_elastic == 14 .and. size(first) == 15, 'two springs and two elements')
+      allocate (b(size(column)), b_near(size(column)), g(14), g_near(14), sigma(14), f(mechanism%n), soft(mechanism%n), &
+                d(mechanism%n))
+      call mechanism%elastic_stiffness(stiffness)
+      call mechanism%elastic_rows(at, g, b)
+      call stiffness%multiply(g, sigma)
+      call mechanism%force(at, f)
+      call mechanism%soft_force(at, soft)
+      do i = 1, 14
+         do k = first(i), first(i + 1) - 1
+            soft(column(k)) = soft(column(k)) - b(k)*sigma(i)
+         end do
+      end do
+      call check_below(failure, maxval(abs(f - soft)), 1.0e-9_wp*maxval(abs(f)), 'force')
+      at%v = 0.0_wp
+      near = at
+      call mechanism%elastic_rows(at, g, b)
+      ! An angle has other derivatives, too, where the axes are not parallel.
+      do k = first(1), first(2) - 1
+         j = column(k)
+         d = 0.0_wp
+         d(j) = step
+         near%x = at%x
+         call mechanism%displace(d, near%x)
+         call mechanism%elastic_rows(near, g_near, b_near)
+         call check_close(failure, (g_near(1) - g(1))/step, b(k), 1.0e-5_wp, 'derivative')
+      end do
+   end subroutine elastic_rows
 
    subroutine faults(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -102,7 +102,7 @@ BAD = {
     "unknown model": ('&swing model = "fem" /', '"fem"'),
     "modes that do not exist": ('&swing model = "modal", elements = 8, modes = 1, 99 /', "modes"),
     "negative stiffness": ("&swing young = -1.0 /", "Young"),
-    "no thickness": ("&swing thickness = 0.0 /", "side along axis 2"),
+    "no thickness": ("&swing thickness = 0.0 /", "thickness = 0.0 is not positive"),
     "link without length": ("&swing link_2 = 0.0 /", "link"),
     "times that do not increase": ("&swing times = 0.0, 0.3, 0.2 /", "times"),
     "unknown entry": ("&swing mass = 1.0 /", "mass"),

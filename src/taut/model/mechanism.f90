@@ -104,6 +104,11 @@ module taut_model_mechanism
       procedure :: acceleration_rhs
       procedure :: reaction
       procedure :: force
+      procedure :: soft_force
+      procedure :: coupling
+      procedure :: elastic_pattern
+      procedure :: elastic_rows
+      procedure :: elastic_stiffness
       procedure :: energy
       procedure :: output_name
       procedure :: outputs
@@ -334,6 +339,79 @@ module taut_model_mechanism
          !> The energy [J].
          real(wp) :: energy
       end function energy
+   end interface
+
+   ! What of it is stiff, for implicit integrators: springs with a stiffness and beams are elastic rows.
+   interface
+      !> Counts the elastic rows and takes their damping; called by `complete`.
+      module subroutine count_elastic_rows(self)
+         class(mechanism_t), intent(inout) :: self
+      end subroutine count_elastic_rows
+
+      !> f without springs that have a stiffness, but with their preload, and without beams.
+      module subroutine soft_force(self, at, value)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The state; all of it may be used.
+         type(state_t), intent(in) :: at
+         !> The force: (n).
+         real(wp), intent(out) :: value(:)
+      end subroutine soft_force
+
+      !> What soft forces couple: each body by itself, and the bodies of springs and dampers.
+      module subroutine coupling(self, first, column)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> First entry of each velocity in `column`, and the number of entries plus one at the end: (n + 1).
+         integer, allocatable, intent(out) :: first(:)
+         !> The others.
+         integer, allocatable, intent(out) :: column(:)
+      end subroutine coupling
+
+      !> Where the entries of B are, row by row: a row for each spring, six for each element of a beam.
+      module subroutine elastic_pattern(self, first, column)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> First entry of each row in `column`, and the number of entries plus one at the end: (n_elastic + 1).
+         integer, allocatable, intent(out) :: first(:)
+         !> Column of each entry, ascending within a row.
+         integer, allocatable, intent(out) :: column(:)
+      end subroutine elastic_pattern
+
+      !> Lengths and angles of springs less their free ones, stretches and bends of beams, and B.
+      module subroutine elastic_rows(self, at, strain, values)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The state; v is used by damping only.
+         type(state_t), intent(in) :: at
+         !> Strains [m], [rad]: (n_elastic).
+         real(wp), intent(out) :: strain(:)
+         !> Entries of B in the order of the pattern.
+         real(wp), intent(out) :: values(:)
+      end subroutine elastic_rows
+
+      !> Stiffness of the rows.
+      module subroutine elastic_stiffness(self, stiffness)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> One block for each spring and each element.
+         type(block_diagonal_t), intent(inout) :: stiffness
+      end subroutine elastic_stiffness
+
+      !> Length or angle of a spring, its rate, and the direction from point 1 to point 2 or of the axis.
+      pure module subroutine spring_motion(self, spring, one, two, length, rate, direction)
+         class(mechanism_t), intent(in) :: self
+         type(spring_t), intent(in) :: spring
+         type(pose_t), intent(in) :: one, two
+         real(wp), intent(out) :: length, rate, direction(3)
+      end subroutine spring_motion
+
+      !> The bodies of a spring.
+      pure module subroutine spring_bodies(self, spring, body_1, body_2)
+         class(mechanism_t), intent(in) :: self
+         type(spring_t), intent(in) :: spring
+         integer, intent(out) :: body_1, body_2
+      end subroutine spring_bodies
    end interface
 
    ! What is written of it.

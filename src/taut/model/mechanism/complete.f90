@@ -74,6 +74,7 @@ contains
       call find_pattern(self)
       call self%define(n=sum(blocks), c=size(self%rows), nonholonomic=size(all_rates), n_x=n_x, &
                        mass_blocks=blocks, constant_mass=.true.)
+      call count_elastic_rows(self)
       self%n_outputs = number_of_outputs(self)
       self%n_events = size(self%events)
    end procedure complete

@@ -18,12 +18,27 @@ contains
          call add_load(self, self%loads(i), at, value)
       end do
       do i = 1, size(self%springs)
-         call add_spring(self, self%springs(i), at, value)
+         call add_spring(self, self%springs(i), at, value, .false.)
       end do
       do i = 1, size(self%elements)
          call add_element(self, self%elements(i), at, value)
       end do
    end procedure force
+
+   !> f without what the elastic rows contribute.
+   module procedure soft_force
+      integer :: i
+
+      do i = 1, size(self%bodies)
+         call self%bodies(i)%inertial_force(self%gravity, at%v, value)
+      end do
+      do i = 1, size(self%loads)
+         call add_load(self, self%loads(i), at, value)
+      end do
+      do i = 1, size(self%springs)
+         call add_spring(self, self%springs(i), at, value, .true.)
+      end do
+   end procedure soft_force
 
    !> Kinetic energy, and the potential of gravity (zero at the origin), springs and beams; loads have no part in it.
    module procedure energy
@@ -79,11 +94,7 @@ contains
    end subroutine add_load
 
    !> Length or angle of a spring, its rate, and the direction from point 1 to point 2 or of the axis.
-   pure subroutine spring_motion(self, spring, one, two, length, rate, direction)
-      class(mechanism_t), intent(in) :: self
-      type(spring_t), intent(in) :: spring
-      type(pose_t), intent(in) :: one, two
-      real(wp), intent(out) :: length, rate, direction(3)
+   module procedure spring_motion
       real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp)
       real(wp) :: v_1(3), v_2(3), x_1(3), x_2(3)
       integer :: i
@@ -107,27 +118,24 @@ contains
          if (length > 0.0_wp) direction(i) = direction(i)/length
          rate = rate + direction(i)*(v_2(i) - v_1(i))
       end do
-   end subroutine spring_motion
+   end procedure spring_motion
 
    !> The bodies of a spring.
-   pure subroutine spring_bodies(self, spring, body_1, body_2)
-      class(mechanism_t), intent(in) :: self
-      type(spring_t), intent(in) :: spring
-      integer, intent(out) :: body_1, body_2
-
+   module procedure spring_bodies
       body_1 = spring%body_1
       body_2 = spring%body_2
       if (spring%joint == 0) return
       body_1 = self%joints(spring%joint)%body_1
       body_2 = self%joints(spring%joint)%body_2
-   end subroutine spring_bodies
+   end procedure spring_bodies
 
-   !> Adds a spring's forces or moments.
-   subroutine add_spring(self, spring, at, f)
+   !> Adds a spring's forces or moments; if soft, without what is an elastic row.
+   subroutine add_spring(self, spring, at, f, soft)
       class(mechanism_t), intent(in) :: self
       type(spring_t), intent(in) :: spring
       type(state_t), intent(in) :: at
       real(wp), intent(inout) :: f(:)
+      logical, intent(in) :: soft
       type(pose_t) :: one, two
       real(wp) :: back(3), direction(3), length, pull(3), rate, tension
       integer :: i
@@ -137,7 +145,9 @@ contains
       call self%pose_of(at, body_1, one)
       call self%pose_of(at, body_2, two)
       call spring_motion(self, spring, one, two, length, rate, direction)
-      tension = spring%preload + spring%stiffness*(length - spring%free) + spring%damping*rate
+      tension = spring%preload
+      if (.not. (soft .and. spring%stiffness > 0.0_wp)) &
+         tension = spring%preload + spring%stiffness*(length - spring%free) + spring%damping*rate
       do i = 1, 3
          pull(i) = tension*direction(i)
          back(i) = -pull(i)
