@@ -5,7 +5,8 @@ module test_case
    use taut_error, only: error_t, to_text
    use taut_case_csv, only: csv_t, number_text
    use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_posix, only: make_folder, move_file, process_id, remove_file
+   use taut_case_posix, only: make_folder, move_file, remove_file
+   use taut_case_process, only: process_id
    implicit none (type, external)
    private
    public :: collect_case, load, check_error, lf

@@ -6,7 +6,8 @@ module test_mechanism_case
    use taut_case_mechanism_names, only: expand
    use taut_case_mechanism_static, only: solve_static, static_t
    use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_posix, only: make_folder, process_id, remove_file
+   use taut_case_posix, only: make_folder, remove_file
+   use taut_case_process, only: process_id
    use taut_case_settings, only: settings_t
    use taut_constrained_model_events, only: model_events_t
    use taut_error, only: to_text

@@ -1,22 +1,24 @@
 !> What the apps have in common: case files in, CSV files out.
 module taut_case_application
-   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use, intrinsic :: iso_fortran_env, only: error_unit
    use taut_archive, only: archive_t
    use taut_error, only: error_t, raise
+   use taut_case_blas, only: use_one_thread
    use taut_case_checkpoint, only: program_text, read_checkpoint, store_origin
    use taut_case_command_line, only: command_line_t, path_t, read_command_line, usage
    use taut_case_group, only: declared_t
    use taut_case_help, only: case_help, case_reference
    use taut_case_kind, only: case_kind_t
    use taut_case_namelist_file, only: check_names, namelist_file_t
-   use taut_case_posix, only: catch_signals, make_folder
+   use taut_case_posix, only: make_folder
+   use taut_case_process, only: catch_signals, output_is_lost, say, start_process
    use taut_case_run, only: check_start, run_case, run_options_t
    use taut_case_settings, only: settings_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    implicit none (type, external)
    private
-   public :: run_application, told
+   public :: run_application, begin_app, end_app, told
 
    !> Exit code of a run that a signal interrupted: 'try again later', as in BSD's sysexits.h.
    integer, parameter :: code_interrupted = 75
@@ -41,6 +43,38 @@ contains
       !> Its case files.
       class(case_kind_t), intent(in) :: kind
       !> Exit code: 0 if all went well, 2 for a wrong command line, 75 after a signal, 1 for everything else.
+      integer, intent(out) :: code
+
+      call begin_app()
+      call run_all(app, default_case, purpose, kind, code)
+      call end_app(app, code)
+   end subroutine run_application
+
+   !> What every app does first: one thread for BLAS, and safe outputs.
+   subroutine begin_app()
+      call start_process()
+      call use_one_thread()
+   end subroutine begin_app
+
+   !> What every app does last: a success of which nobody can read is none.
+   subroutine end_app(app, code)
+      !> Name of the app.
+      character(*), intent(in) :: app
+      !> Exit code.
+      integer, intent(inout) :: code
+      type(error_t), allocatable :: error
+
+      if (.not. output_is_lost()) return
+      call raise(error, 'standard output', 'what was printed did not arrive', &
+                 'see whether it is closed or the disk is full, or give --quiet')
+      write (error_unit, '(3a)') app, ': ', error%line()
+      if (code == 0) code = 1
+   end subroutine end_app
+
+   !> All between.
+   subroutine run_all(app, default_case, purpose, kind, code)
+      character(*), intent(in) :: app, default_case, purpose
+      class(case_kind_t), intent(in) :: kind
       integer, intent(out) :: code
       type(command_line_t) :: line
       type(namelist_file_t), allocatable :: files(:)
@@ -109,7 +143,7 @@ contains
          if (failed) write (error_unit, '(3a)') app, ': ', error%line()
       end function failed
 
-   end subroutine run_application
+   end subroutine run_all
 
    !> Prints what the command line asks for in place of a run, if it does.
    logical function told(line, app, default_case, purpose, groups, ending)
@@ -127,17 +161,17 @@ contains
       character(*), intent(in), optional :: ending
 
       told = line%help .or. line%version .or. line%help_case .or. line%reference
-      if (line%help) write (output_unit, '(a)') usage(app, default_case, purpose, ending)
-      if (line%help_case) write (output_unit, '(a)', advance='no') case_help(app, groups)
-      if (line%reference) write (output_unit, '(a)', advance='no') case_reference(groups)
-      if (line%version) write (output_unit, '(a)') program_text()
+      if (line%help) call say(usage(app, default_case, purpose, ending))
+      if (line%help_case) call say(case_help(app, groups))
+      if (line%reference) call say(case_reference(groups))
+      if (line%version) call say(program_text())
    end function told
 
    !> Prints what a system has to say.
    subroutine tell(name, text)
       character(*), intent(in) :: name, text
 
-      if (len(text) > 0) write (output_unit, '(3a)', advance='no') name, ': ', text
+      if (len(text) > 0) call say(name//': '//text)
    end subroutine tell
 
    !> Reads a checkpoint as far as the case it belongs to.
@@ -151,10 +185,14 @@ contains
 
       call read_checkpoint(line%restart, checkpoint, error)
       if (allocated(error)) return
-      call store_origin(checkpoint, line%restart, app, case_path, case_text, error)
+      call store_origin(checkpoint, line%restart, app, line%any_blas, case_path, case_text, error)
       if (allocated(error)) return
       if (allocated(checkpoint%error)) then
          call move_alloc(checkpoint%error, error)
+         return
+      end if
+      if (.not. (allocated(case_path) .and. allocated(case_text))) then
+         call raise(error, line%restart, 'the checkpoint names no case', 'run the case anew')
          return
       end if
       if (size(line%cases) == 0) line%cases = [path_t(case_path)]

@@ -1,6 +1,5 @@
 !> Case files and results of the eigenanalysis of a straight beam.
 module taut_case_beam_modes
-   use, intrinsic :: iso_fortran_env, only: output_unit
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_case_csv, only: csv_t, number_text
@@ -8,6 +7,7 @@ module taut_case_beam_modes
    use taut_case_group, only: check_groups, declare_group, declared_t, first_group, group_data_t, read_group
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_posix, only: make_folder
+   use taut_case_process, only: say
    use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
    use taut_model_beam, only: beam_t, new_beam, straight_nodes
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
@@ -223,6 +223,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(csv_t) :: frequencies, shapes
       character(:), allocatable :: folder, motion, row, symmetry
+      character(len=80) :: line
       real(wp) :: shape(6, problem%beam%nodes)
       integer :: i, j, k
 
@@ -232,12 +233,13 @@ contains
       if (.not. allocated(error)) call shapes%create(folder//'/shapes.csv', error)
       if (.not. allocated(error)) call frequencies%put('mode,frequency,motion,symmetry', error)
       if (.not. allocated(error)) call shapes%put('mode,node,x,u_x,u_y,u_z,r_x,r_y,r_z', error)
-      if (.not. quiet .and. .not. allocated(error)) write (output_unit, '(2a)') file%name, ': mode, frequency [Hz], motion'
+      if (.not. quiet .and. .not. allocated(error)) call say(file%name//': mode, frequency [Hz], motion')
       do i = 1, problem%number
          if (allocated(error)) exit
          shape = reshape(problem%modes%shapes(:, i), [6, problem%beam%nodes])
          call describe(problem%beam, shape, motion, symmetry)
-         if (.not. quiet) write (output_unit, '(i6, f14.4, 4a)') i, problem%modes%frequency(i), '  ', symmetry, ' ', motion
+         write (line, '(i6, f14.4, 4a)') i, problem%modes%frequency(i), '  ', symmetry, ' ', motion
+         if (.not. quiet) call say(trim(line))
          call frequencies%put(to_text(i)//','//number(problem%modes%frequency(i))//','//motion//','//symmetry, error)
          shape = shape/reference_entry(shape, problem%beam%x_reference(7*problem%beam%nodes - 6))
          do j = 1, problem%beam%nodes

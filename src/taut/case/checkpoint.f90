@@ -9,8 +9,8 @@
 !!     CRC-32 of the archive                     64-bit integer
 !!     the archive                               entries as in `taut_archive`
 !!
-!! The archive begins with the program that wrote it (version of taut, compiler and its options), the app, the path of the case
-!! and its text; then come the finished methods, the recorder, the integration and the counters. The integers are as the
+!! The archive begins with the program that wrote it (version of taut, compiler and its options), its BLAS, the app, the path of
+!! the case and its text; then come the finished methods, the recorder, the integration and the counters. The integers are as the
 !! machine has them. The file appears under its name when it is complete and on the disk, in the place of the one before.
 module taut_case_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version, int32, int64, int8
@@ -18,8 +18,10 @@ module taut_case_checkpoint
    use taut_error, only: error_t, raise, to_text
    use taut_kinds, only: wp
    use taut_version, only: version
+   use taut_case_blas, only: blas_text
    use taut_case_checksum, only: add_to_checksum
-   use taut_case_posix, only: caught_signal, move_file, output_file_t, process_id, read_bytes, remove_file
+   use taut_case_posix, only: move_file, output_file_t, read_bytes, remove_file
+   use taut_case_process, only: caught_signal, process_id
    use taut_ode_pause, only: pause_t
    implicit none (type, external)
    private
@@ -29,7 +31,7 @@ module taut_case_checkpoint
    character(*), parameter :: checkpoint_file = 'checkpoint.taut'
 
    character(len=16), parameter :: magic = 'taut checkpoint'//new_line('a')
-   integer(int32), parameter :: format_version = 1, byte_order = 1
+   integer(int32), parameter :: format_version = 2, byte_order = 1
    integer, parameter :: header_length = 40
 
    !> Pauses an integration when a signal came or the time for a checkpoint has come.
@@ -77,13 +79,15 @@ contains
    end function program_text
 
    !> Passes through an archive which program and case it belongs to; restored, they have to be the ones at hand.
-   subroutine store_origin(archive, path, app, case_path, case_text, error)
+   subroutine store_origin(archive, path, app, any_blas, case_path, case_text, error)
       !> The archive.
       type(archive_t), intent(inout) :: archive
       !> Path of the checkpoint, for messages.
       character(*), intent(in) :: path
       !> Name of the app.
       character(*), intent(in) :: app
+      !> Whether it may go on with another BLAS, so that the rest of the motion differs by round-off.
+      logical, intent(in) :: any_blas
       !> Path of the case file; restored if it is not allocated.
       character(:), allocatable, intent(inout) :: case_path
       !> Its text.
@@ -99,6 +103,16 @@ contains
          if (other /= own) then
             call raise(error, path, 'the checkpoint was written by another build: '//flat(other), &
                        'restart with the program that wrote it, or run the case anew')
+            return
+         end if
+      end if
+      own = blas_text()
+      other = own
+      call archive%list('blas', other)
+      if (archive%reading .and. .not. any_blas .and. .not. allocated(archive%error)) then
+         if (other /= own) then
+            call raise(error, path, 'the checkpoint was written with another BLAS or kernel: '//other//', not '//own, &
+                       'restart on a machine of that kind, or give --any-blas if round-off may differ from here on')
             return
          end if
       end if

@@ -20,6 +20,8 @@ module taut_case_command_line
       real(wp) :: checkpoint = 0.0_wp
       !> Whether the folder was given.
       logical :: out_given = .false.
+      !> Whether a checkpoint may have been written with another BLAS.
+      logical :: any_blas = .false.
       !> Whether nothing is printed but errors.
       logical :: quiet = .false.
       !> Whether help or the version is wanted instead.
@@ -59,6 +61,8 @@ contains
          select case (argument)
          case ('--quiet')
             line%quiet = .true.
+         case ('--any-blas')
+            line%any_blas = .true.
          case ('--help', '-h')
             line%help = .true.
          case ('--help-case')
@@ -145,11 +149,12 @@ contains
       character, parameter :: nl = new_line('a')
 
       text = 'usage: '//app//' [CASE.nml ...] [--out DIR] [--checkpoint SECONDS] [--restart FILE]'//nl// &
-             repeat(' ', 8 + len(app))//'[--quiet] [--help] [--help-case] [--version]'//nl//nl//about//nl//nl// &
+             repeat(' ', 8 + len(app))//'[--any-blas] [--quiet] [--help] [--help-case] [--version]'//nl//nl//about//nl//nl// &
              '  CASE.nml              case files; default: '//default_case//nl// &
              '  --out DIR             folder for the results; default: results'//nl// &
              '  --checkpoint SECONDS  write DIR/<case>/checkpoint.taut so often (wall time)'//nl// &
              '  --restart FILE        continue from such a checkpoint, bit for bit, in the folder that it is in'//nl// &
+             '  --any-blas            let it continue with another BLAS or kernel: round-off differs from there on'//nl// &
              '  --quiet               print nothing but errors'//nl// &
              '  --help                print this'//nl// &
              '  --help-case           print what a case file may say; --help-case=markdown: as a page'//nl// &

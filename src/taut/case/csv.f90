@@ -1,14 +1,15 @@
 !> CSV files that appear under their name only when they are complete.
 module taut_case_csv
-   use, intrinsic :: iso_fortran_env, only: int64
+   use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_case_checksum, only: checksum_of_file
-   use taut_case_posix, only: move_file, output_file_t, process_id, remove_file
+   use taut_case_posix, only: move_file, output_file_t, remove_file
+   use taut_case_process, only: process_id
    implicit none (type, external)
    private
-   public :: csv_t, number_text
+   public :: csv_t, csv_field, number_text
 
    !> A file that is being written.
    type :: csv_t
@@ -130,7 +131,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(:), allocatable :: name, temporary_name
       integer(int64) :: checksum, length
-      logical :: busy, done
+      logical :: busy, done, known
 
       if (.not. archive%reading) then
          call self%file%sync(done)
@@ -151,6 +152,11 @@ contains
       call archive%item('bytes', self%synced)
       call archive%item('checksum', self%checksum)
       if (.not. archive%reading .or. allocated(archive%error)) return
+      ! What is restored is overwritten: it must be a file of this folder, and an unfinished one.
+      if (.not. (is_plain(name) .and. is_plain(temporary_name) .and. self%synced >= 0)) then
+         call raise(error, folder, 'the checkpoint names files that no run writes', 'run the case anew')
+         return
+      end if
       self%path = folder//'/'//name
       self%temporary = folder//'/'//temporary_name
       ! A run that was killed after the file was finished, and before the next checkpoint, left it under its final name.
@@ -160,7 +166,9 @@ contains
                     'restart from a checkpoint whose files were left in place, or run the case anew')
          return
       end if
-      call self%file%reopen(self%temporary, self%synced, self%is_open, busy)
+      call self%file%reopen(self%temporary, self%synced, self%is_open, busy, known)
+      if (.not. known) write (error_unit, '(2a)') self%temporary, &
+         ': note: the file system has no locks: see that no other process writes this file'
       self%in_checkpoint = self%is_open
       if (busy) then
          call raise(error, self%temporary, 'another process writes the unfinished file', 'see whether the run still goes on')
@@ -170,6 +178,14 @@ contains
       end if
 
    contains
+
+      !> Whether a name is that of a file of results in its folder.
+      logical function is_plain(name)
+         character(:), allocatable, intent(in) :: name
+
+         is_plain = allocated(name)
+         if (is_plain) is_plain = index(name, '/') == 0 .and. index(name, '.csv') > 1 .and. index(name, achar(0)) == 0
+      end function is_plain
 
       !> Whether a file begins with what was stored.
       logical function holds(path)
@@ -196,6 +212,24 @@ contains
          call raise(error, self%path, 'the file cannot be completed', 'make room on the disk and run again')
       end if
    end subroutine broken
+
+   !> A text as a field of a table: in quotation marks if it has a comma, a quotation mark or a line end.
+   pure function csv_field(text) result(field)
+      !> The text.
+      character(*), intent(in) :: text
+      !> What is written.
+      character(:), allocatable :: field
+      integer :: i
+
+      field = text
+      if (scan(text, ',"'//achar(10)//achar(13)) == 0) return
+      field = '"'
+      do i = 1, len(text)
+         field = field//text(i:i)
+         if (text(i:i) == '"') field = field//'"'
+      end do
+      field = field//'"'
+   end function csv_field
 
    !> A number in full precision.
    function number_text(value) result(text)

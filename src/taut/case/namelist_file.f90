@@ -9,6 +9,7 @@
 !!     end do
 module taut_case_namelist_file
    use taut_error, only: error_t, raise, to_text
+   use taut_case_posix, only: read_whole
    use taut_case_spelling, only: nearest_name
    implicit none (type, external)
    private
@@ -82,6 +83,11 @@ contains
       last = index(path, '.', back=.true.) - 1
       if (last < first) last = len(path)
       self%name = path(first:last)
+      ! Results go to a folder of this name.
+      if (self%name == '.' .or. self%name == '..') then
+         call raise(error, path, 'a case of this name would write its results into another folder', 'rename the file')
+         return
+      end if
       allocate (self%groups(0))
       call read_text(path, text, self%content, line, error)
       if (allocated(error)) return
@@ -129,28 +135,18 @@ contains
       character(:), allocatable, intent(out) :: text, content
       integer, allocatable, intent(out) :: line(:)
       type(error_t), allocatable, intent(inout) :: error
-      character(len=200) :: message
       character :: quote
-      integer :: i, length, number, status, unit
-      logical :: comment, exists
+      integer :: i, number
+      logical :: comment, done, exists
 
       inquire (file=path, exist=exists)
       if (.not. exists) then
          call raise(error, path, 'there is no such case file', 'check the path; the shipped cases are in the folder cases')
          return
       end if
-      open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', &
-            iostat=status, iomsg=message)
-      if (status /= 0) then
-         call raise(error, path, 'the case file cannot be opened: '//trim(message), 'check its permissions')
-         return
-      end if
-      inquire (unit=unit, size=length)
-      allocate (character(len=max(0, length)) :: text)
-      read (unit, iostat=status, iomsg=message) text
-      close (unit)
-      if (status /= 0) then
-         call raise(error, path, 'the case file cannot be read: '//trim(message), 'give a text file, not a folder')
+      call read_whole(path, text, done)
+      if (.not. done) then
+         call raise(error, path, 'the case file cannot be read', 'give a text file, no folder and no pipe; check its permissions')
          return
       end if
       content = text

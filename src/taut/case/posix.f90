@@ -1,21 +1,18 @@
-!> The few calls of the operating system and of C's library that Fortran does not have.
+!> Files: the few calls of the operating system and of C's library that Fortran does not have.
 module taut_case_posix
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funloc, c_funptr, c_int, c_int8_t, c_long, c_null_char, &
-                                          c_null_funptr, c_null_ptr, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int8_t, c_long, c_null_char, c_null_ptr, &
+                                          c_ptr, c_size_t
    use, intrinsic :: iso_fortran_env, only: int8, int64
    implicit none (type, external)
    private
-   public :: make_folder, move_file, remove_file, is_terminal, process_id, output_file_t, read_bytes
-   public :: catch_signals, caught_signal
+   public :: make_folder, move_file, remove_file, output_file_t, read_bytes, read_whole, remove_remainders
 
-   !> Signals by their numbers on Linux: Ctrl-C, a request to end, and what batch systems send before the time limit.
-   integer(c_int), parameter :: signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15
+   !> What `errno` says where another process has the lock, on Linux.
+   integer(c_int), parameter :: would_block = 11
+   !> `O_RDONLY | O_NONBLOCK` of open, on Linux: what is no file must not be waited for.
+   integer(c_int), parameter :: read_only = 2048
    !> `LOCK_EX | LOCK_NB` of flock, `SEEK_SET` and `SEEK_END` of fseek.
    integer(c_int), parameter :: lock_exclusive = 6, from_start = 0, from_end = 2
-
-   !> The signal that came, or 0. A signal concerns the whole process, and its handler has no arguments of ours: this is the one
-   !! variable of the project that is not passed around.
-   integer(c_int), volatile, save :: caught = 0
 
    !> A file that is written with C's library: GNU's Fortran library does not report a disk that is full.
    type :: output_file_t
@@ -31,7 +28,77 @@ module taut_case_posix
       procedure :: lock
    end type output_file_t
 
+   !> What glob finds.
+   type, bind(c) :: glob_t
+      integer(c_size_t) :: count = 0
+      type(c_ptr) :: paths = c_null_ptr
+      integer(c_size_t) :: offset = 0
+      !> Room for what else the system keeps there.
+      type(c_ptr) :: more(16) = c_null_ptr
+   end type glob_t
+
    interface
+      function c_open(path, flags) bind(c, name='open') result(descriptor)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: flags
+         integer(c_int) :: descriptor
+      end function c_open
+
+      function c_close(descriptor) bind(c, name='close') result(status)
+         import :: c_int
+         implicit none (type, external)
+         integer(c_int), value :: descriptor
+         integer(c_int) :: status
+      end function c_close
+
+      function c_lseek(descriptor, offset, whence) bind(c, name='lseek') result(position)
+         import :: c_int, c_long
+         implicit none (type, external)
+         integer(c_int), value :: descriptor, whence
+         integer(c_long), value :: offset
+         integer(c_long) :: position
+      end function c_lseek
+
+      function c_read(descriptor, buffer, count) bind(c, name='read') result(number)
+         import :: c_char, c_int, c_long, c_size_t
+         implicit none (type, external)
+         integer(c_int), value :: descriptor
+         character(kind=c_char), intent(inout) :: buffer(*)
+         integer(c_size_t), value :: count
+         integer(c_long) :: number
+      end function c_read
+
+      function c_errno() bind(c, name='__errno_location') result(place)
+         import :: c_ptr
+         implicit none (type, external)
+         type(c_ptr) :: place
+      end function c_errno
+
+      function c_glob(pattern, flags, on_error, found) bind(c, name='glob') result(status)
+         import :: c_char, c_int, c_ptr, glob_t
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: pattern(*)
+         integer(c_int), value :: flags
+         type(c_ptr), value :: on_error
+         type(glob_t), intent(inout) :: found
+         integer(c_int) :: status
+      end function c_glob
+
+      subroutine c_globfree(found) bind(c, name='globfree')
+         import :: glob_t
+         implicit none (type, external)
+         type(glob_t), intent(inout) :: found
+      end subroutine c_globfree
+
+      function c_strlen(text) bind(c, name='strlen') result(length)
+         import :: c_ptr, c_size_t
+         implicit none (type, external)
+         type(c_ptr), value :: text
+         integer(c_size_t) :: length
+      end function c_strlen
+
       function c_mkdir(path, mode) bind(c, name='mkdir') result(status)
          import :: c_char, c_int
          implicit none (type, external)
@@ -147,26 +214,6 @@ module taut_case_posix
          integer(c_size_t) :: written
       end function c_fwrite_bytes
 
-      function c_signal(number, handler) bind(c, name='signal') result(before)
-         import :: c_funptr, c_int
-         implicit none (type, external)
-         integer(c_int), value :: number
-         type(c_funptr), value :: handler
-         type(c_funptr) :: before
-      end function c_signal
-
-      function c_isatty(descriptor) bind(c, name='isatty') result(answer)
-         import :: c_int
-         implicit none (type, external)
-         integer(c_int), value :: descriptor
-         integer(c_int) :: answer
-      end function c_isatty
-
-      function c_getpid() bind(c, name='getpid') result(id)
-         import :: c_int
-         implicit none (type, external)
-         integer(c_int) :: id
-      end function c_getpid
    end interface
 
 contains
@@ -213,14 +260,16 @@ contains
       character(*), intent(in) :: path
       !> Whether it is open; not if there is something of this name.
       logical, intent(out) :: done
+      logical :: ignored
 
       self%file = c_fopen(path//c_null_char, 'wbx'//c_null_char)
       done = c_associated(self%file)
-      if (done) call self%lock(done)
+      ! Nobody else has a file that was not there before; where there are no locks there is none.
+      if (done) call self%lock(ignored)
    end subroutine open_file
 
    !> Opens a file that was left unfinished, cuts off what follows its first bytes, and writes on from there.
-   subroutine reopen(self, path, length, done, busy)
+   subroutine reopen(self, path, length, done, busy, known)
       !> The file.
       class(output_file_t), intent(inout) :: self
       !> Its path.
@@ -229,14 +278,15 @@ contains
       integer(int64), intent(in) :: length
       !> Whether it is open.
       logical, intent(out) :: done
-      !> Whether it is not because another process writes it.
-      logical, intent(out) :: busy
+      !> Whether it is not because another process writes it, and whether that would be known.
+      logical, intent(out) :: busy, known
 
       self%file = c_fopen(path//c_null_char, 'r+b'//c_null_char)
       done = c_associated(self%file)
       busy = .false.
+      known = .true.
       if (.not. done) return
-      call self%lock(done)
+      call self%lock(done, known)
       busy = .not. done
       if (done) done = c_ftruncate(c_fileno(self%file), int(length, c_long)) == 0
       if (done) done = c_fseek(self%file, 0_c_long, from_end) == 0
@@ -252,14 +302,23 @@ contains
 
    end subroutine reopen
 
-   !> Keeps other processes from taking the file too; the system lifts this when the process ends, however it ends.
-   subroutine lock(self, done)
+   !> Keeps other processes from taking the file too; the system lifts this when the process ends, however it ends. Some file
+   !! systems have no locks: there nobody is kept from anything.
+   subroutine lock(self, done, known)
       !> The file, open.
       class(output_file_t), intent(in) :: self
       !> False if another process has it.
       logical, intent(out) :: done
+      !> Whether the file system has locks, so that it would be known if another process had the file.
+      logical, intent(out), optional :: known
+      integer(c_int), pointer :: why
+      logical :: locked
 
-      done = c_flock(c_fileno(self%file), lock_exclusive) == 0
+      locked = c_flock(c_fileno(self%file), lock_exclusive) == 0
+      call c_f_pointer(c_errno(), why)
+      done = locked
+      if (.not. locked) done = why /= would_block
+      if (present(known)) known = locked .or. .not. done
    end subroutine lock
 
    !> Brings everything that was written to the disk.
@@ -316,33 +375,86 @@ contains
       ignored = c_fclose(file)
    end subroutine read_bytes
 
-   !> From now on SIGINT, SIGTERM and SIGUSR1 are noted instead of ending the program; a second SIGINT ends it. The others may
-   !! come twice, from a batch system and from its script.
-   subroutine catch_signals()
-      type(c_funptr) :: ignored
+   !> Removes files that killed processes left half-written: those of a pattern that no process writes.
+   subroutine remove_remainders(before, behind)
+      !> The paths begin and end so.
+      character(*), intent(in) :: before, behind
+      type(glob_t) :: found
+      type(c_ptr), pointer :: paths(:)
+      character(kind=c_char), pointer :: text(:)
+      character(:), allocatable :: path
+      type(output_file_t) :: file
+      logical :: free, ignored, known
+      integer :: i, j, length
 
-      ignored = c_signal(signal_interrupt, c_funloc(note_signal))
-      ignored = c_signal(signal_terminate, c_funloc(note_signal))
-      ignored = c_signal(signal_user_1, c_funloc(note_signal))
-   end subroutine catch_signals
+      if (c_glob(escaped(before)//'*'//escaped(behind)//c_null_char, 0_c_int, c_null_ptr, found) == 0) then
+         call c_f_pointer(found%paths, paths, [int(found%count)])
+         do i = 1, size(paths)
+            length = int(c_strlen(paths(i)))
+            call c_f_pointer(paths(i), text, [length])
+            allocate (character(len=length) :: path)
+            do j = 1, length
+               path(j:j) = text(j)
+            end do
+            file%file = c_fopen(path//c_null_char, 'r+b'//c_null_char)
+            if (c_associated(file%file)) then
+               call file%lock(free, known)
+               if (free .and. known) call remove_file(path)
+               call file%close(ignored)
+            end if
+            deallocate (path)
+         end do
+      end if
+      call c_globfree(found)
+   end subroutine remove_remainders
 
-   !> The handler: nothing but what a handler may do.
-   subroutine note_signal(number) bind(c)
-      !> The signal.
-      integer(c_int), value :: number
-      type(c_funptr) :: ignored
+   !> A text that stands for itself in a pattern.
+   pure function escaped(text) result(pattern)
+      character(*), intent(in) :: text
+      character(:), allocatable :: pattern
+      integer :: i
 
-      caught = number
-      if (number == signal_interrupt) ignored = c_signal(number, c_null_funptr)
-   end subroutine note_signal
+      pattern = ''
+      do i = 1, len(text)
+         if (index('*?[]\', text(i:i)) > 0) pattern = pattern//'\'
+         pattern = pattern//text(i:i)
+      end do
+   end function escaped
 
-   !> The signal that came last, 0 if none did.
-   function caught_signal() result(number)
-      !> Its number.
-      integer :: number
+   !> Reads a regular file at once. Pipes, terminals and devices have no end to wait for: they are not read.
+   subroutine read_whole(path, text, done)
+      !> Its path.
+      character(*), intent(in) :: path
+      !> All of it.
+      character(:), allocatable, intent(out) :: text
+      !> Whether it is such a file and was read.
+      logical, intent(out) :: done
+      integer(c_int) :: descriptor, ignored
+      integer(c_long) :: length, number, total
+      integer :: status
 
-      number = int(caught)
-   end function caught_signal
+      text = ''
+      descriptor = c_open(path//c_null_char, read_only)
+      done = descriptor >= 0
+      if (.not. done) return
+      length = c_lseek(descriptor, 0_c_long, from_end)
+      ! A folder may say that it is as long as numbers get.
+      done = length >= 0 .and. length < ishft(huge(length), -1)
+      if (done) done = c_lseek(descriptor, 0_c_long, from_start) == 0
+      if (done) then
+         deallocate (text)
+         allocate (character(len=length) :: text, stat=status)
+         done = status == 0
+      end if
+      total = 0
+      do while (done .and. total < length)
+         number = c_read(descriptor, text(total + 1:), int(length - total, c_size_t))
+         done = number > 0
+         total = total + number
+      end do
+      ignored = c_close(descriptor)
+      if (.not. allocated(text)) text = ''
+   end subroutine read_whole
 
    !> Writes a line.
    subroutine put_line(self, line, done)
@@ -367,21 +479,5 @@ contains
       done = c_fclose(self%file) == 0
       self%file = c_null_ptr
    end subroutine close_file
-
-   !> Whether standard error is a terminal.
-   function is_terminal() result(answer)
-      !> Whether it is.
-      logical :: answer
-
-      answer = c_isatty(2_c_int) == 1
-   end function is_terminal
-
-   !> A number that no other running process has.
-   function process_id() result(id)
-      !> The number.
-      integer :: id
-
-      id = int(c_getpid())
-   end function process_id
 
 end module taut_case_posix

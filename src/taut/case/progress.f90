@@ -2,7 +2,7 @@
 module taut_case_progress
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use taut_kinds, only: wp
-   use taut_case_posix, only: is_terminal
+   use taut_case_process, only: is_terminal
    implicit none (type, external)
    private
    public :: progress_t

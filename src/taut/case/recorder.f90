@@ -176,23 +176,37 @@ contains
       if (count > 1) text = name//to_text(i)
    end function numbered
 
-   !> Whether a name is what a pattern says, where * stands for any characters, or none.
-   pure recursive function matches(name, pattern) result(answer)
+   !> Whether a name is what a pattern says, where * stands for any characters, or none. A star that was met takes one character
+   !! more where what follows it does not fit; only the last star is tried anew, which is enough.
+   pure function matches(name, pattern) result(answer)
       character(*), intent(in) :: name, pattern
       logical :: answer
-      integer :: i
+      integer :: i, j, star, taken
 
-      answer = .false.
-      if (len(pattern) == 0) then
-         answer = len(name) == 0
-      else if (pattern(1:1) == '*') then
-         do i = 1, len(name) + 1
-            answer = matches(name(i:), pattern(2:))
-            if (answer) return
-         end do
-      else if (len(name) > 0) then
-         if (name(1:1) == pattern(1:1)) answer = matches(name(2:), pattern(2:))
-      end if
+      i = 1
+      j = 1
+      star = 0
+      taken = 0
+      do while (i <= len(name))
+         if (j <= len(pattern)) then
+            if (pattern(j:j) == '*') then
+               star = j
+               taken = i
+               j = j + 1
+               cycle
+            else if (pattern(j:j) == name(i:i)) then
+               i = i + 1
+               j = j + 1
+               cycle
+            end if
+         end if
+         answer = star > 0
+         if (.not. answer) return
+         taken = taken + 1
+         i = taken
+         j = star + 1
+      end do
+      answer = verify(pattern(j:), '*') == 0
    end function matches
 
    !> Passes what was gathered so far, and the file, through an archive.

@@ -1,13 +1,15 @@
 !> Runs the methods of a case one after the other and writes its files.
 module taut_case_run
-   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
+   use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
+   use taut_case_blas, only: blas_text
    use taut_case_checkpoint, only: checkpoint_file, store_origin, watch_t, write_checkpoint
-   use taut_case_csv, only: csv_t, number_text
+   use taut_case_csv, only: csv_field, csv_t, number_text
    use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_posix, only: caught_signal, remove_file
+   use taut_case_posix, only: remove_file, remove_remainders
+   use taut_case_process, only: caught_signal, say
    use taut_case_recorder, only: recorder_t
    use taut_case_settings, only: settings_t, method_entry_t
    use taut_constrained_model_events, only: model_events_t
@@ -22,7 +24,7 @@ module taut_case_run
 
    character(*), parameter :: summary_header = &
       'case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,max_phi,max_phidot,max_phiddot,'// &
-      'energy_drift,min_rank,note,wall_seconds'
+      'energy_drift,min_rank,note,wall_seconds,blas'
    character, parameter :: line_end = new_line('a')
 
    !> Where and how to run a case.
@@ -105,10 +107,10 @@ contains
       character(*), intent(in) :: line
 
       if (.not. self%listed) &
-         write (output_unit, '(a, t28, a)') case_name, 'status              steps  rejected   max phi   max phidot  '// &
-         'energy drift [J]  seconds'
+         call say(case_name//repeat(' ', max(0, 27 - len(case_name)))// &
+                  'status              steps  rejected   max phi   max phidot  energy drift [J]  seconds')
       self%listed = .true.
-      write (output_unit, '(2x, a)') trim(line)
+      call say('  '//trim(line))
    end subroutine list
 
    !> Runs all methods of a case: `<method>.csv`, `summary.csv`, `events.csv` if the system has events, and `model.csv` if it
@@ -138,6 +140,8 @@ contains
       logical :: there
 
       interrupted = .false.
+      inquire (file=options%folder//'/'//checkpoint_file, exist=there)
+      if (.not. there) call remove_remainders(options%folder//'/', '.part')
       if (.not. checkpoint%reading) call write_quantities(options%folder//'/model.csv', model%quantities(), error)
       if (allocated(error)) return
       progress%rows = ''
@@ -170,7 +174,9 @@ contains
       if (model%n_events > 0) &
          call write_table(options%folder//'/events.csv', 'method,event,t', progress%events//events, error)
       call write_table(options%folder//'/summary.csv', summary_header, progress%rows//row, error)
-      if (.not. allocated(error) .and. .not. interrupted) call remove_file(options%folder//'/'//checkpoint_file)
+      if (allocated(error) .or. interrupted) return
+      call remove_file(options%folder//'/'//checkpoint_file)
+      call remove_remainders(options%folder//'/', '.part')
    end subroutine run_case
 
    !> What the system knows about itself.
@@ -296,11 +302,11 @@ contains
             end do
          end if
          if (recorder%points == 0) recorder%min_rank = 0
-         row = file%name//','//chosen%label//','//status_name(result%status)//','//number(result%t)//','// &
+         row = csv_field(file%name)//','//chosen%label//','//status_name(result%status)//','//number(result%t)//','// &
                to_text(result%steps)//','//to_text(result%rejected)//','//to_text(result%rhs_evaluations)//','// &
                to_text(simulation%ode%projector%iterations)//','//number(recorder%max_phi)//','//number(recorder%max_phidot)// &
                ','//number(recorder%max_phiddot)//','//number(recorder%energy_drift)//','//to_text(recorder%min_rank)//','// &
-               model%note()//','//number(progress%seconds)//line_end
+               model%note()//','//number(progress%seconds)//','//blas_text()//line_end
          if (.not. options%quiet) then
             write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
                result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%energy_drift, progress%seconds
@@ -355,7 +361,7 @@ contains
       call checkpoint%clear()
       path = file%path
       text = file%content
-      call store_origin(checkpoint, options%folder//'/'//checkpoint_file, options%app, path, text, error)
+      call store_origin(checkpoint, options%folder//'/'//checkpoint_file, options%app, .true., path, text, error)
       call progress%serialize(checkpoint)
       call simulation%serialize(checkpoint)
       call recorder%serialize(checkpoint, options%folder, error)

@@ -1,8 +1,9 @@
 !> The groups that every case file may have: &integration, &output and one &method for each method that is run.
 module taut_case_settings
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise
+   use taut_error, only: error_t, raise, to_text
    use taut_case_entries, only: entries_t
+   use taut_case_entry, only: choice_list
    use taut_case_group, only: declare_group, declared_t, group_data_t, read_group
    use taut_case_namelist_file, only: namelist_file_t
    use taut_constrained_method_choose, only: check_method
@@ -59,6 +60,9 @@ module taut_case_settings
       !> Methods to be run side by side.
       type(method_entry_t), allocatable :: methods(:)
    end type settings_t
+
+   !> Files of results that are not a method's.
+   character(len=7), parameter :: reserved_labels(3) = [character(len=7) :: 'summary', 'model', 'events']
 
    !> Columns, iterations and tolerances beyond these are mistakes.
    integer, parameter :: most_columns = 10000
@@ -197,6 +201,9 @@ contains
             call read_group(file, file%groups(i), integration, error)
             if (.not. allocated(error)) then
                call checked%init(1, integration%options, error)
+               if (integration%t_end < integration%t_start) &
+                  call raise(error, 'integration', 't_end = '//to_text(integration%t_end)//' is before t_start = '// &
+                             to_text(integration%t_start), 'give a later end')
                call file%locate(file%groups(i), error)
             end if
          case ('output')
@@ -246,9 +253,9 @@ contains
       integer :: i
 
       if (verify(label, 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-') > 0 .or. len(label) == 0 &
-          .or. index(label, '.') == 1 .or. label == 'summary' .or. label == 'model') &
+          .or. index(label, '.') == 1 .or. any(reserved_labels == label)) &
          call raise(error, 'method', 'label = "'//label//'" cannot name a file of results', &
-                    'use letters, digits, - and _ (and neither "summary" nor "model")')
+                    'use letters, digits, - and _, and none of '//choice_list(reserved_labels))
       do i = 1, size(methods)
          if (methods(i)%label == label) &
             call raise(error, 'method', 'two methods have the label "'//label//'"', 'give one of them another label')

@@ -1,6 +1,6 @@
 !> Static equilibrium and vibration modes of mechanisms: `analysis = "equilibrium"` and `"modes"`.
 module taut_case_mechanism_static
-   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use, intrinsic :: iso_fortran_env, only: error_unit
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_case_command_line, only: command_line_t, read_command_line
@@ -9,6 +9,7 @@ module taut_case_mechanism_static
    use taut_case_mechanism, only: analysis_t, read_analysis, read_mechanism
    use taut_case_namelist_file, only: check_names, namelist_file_t
    use taut_case_posix, only: make_folder
+   use taut_case_process, only: say
    use taut_case_settings, only: settings_t
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
    use taut_constrained_modes, only: eigenmodes, modes_t
@@ -118,6 +119,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(csv_t) :: modes, table
       character(:), allocatable :: row
+      character(len=120) :: line
       real(wp) :: outputs(case%model%n_outputs)
       integer :: i, j, shown
 
@@ -158,12 +160,15 @@ contains
          return
       end if
       if (quiet) return
-      write (output_unit, '(3a)', advance='no') file%name, ': ', case%report%text
-      write (output_unit, '(2x, a, i0, a, es9.2, a)') 'equilibrium found in ', case%found%iterations, ' iterations, ', &
+      call say(file%name//': '//case%report%text)
+      write (line, '(2x, a, i0, a, es9.2, a)') 'equilibrium found in ', case%found%iterations, ' iterations, ', &
          case%found%force_left, ' N or N m out of balance'
+      call say(trim(line))
       do j = 1, shown
-         write (output_unit, '(2x, a, i4, f14.6, a)') 'mode', j, case%modes%frequency(j), ' Hz'
-         if (case%modes%growth(j) > 0.0_wp) write (output_unit, '(8x, a, es10.3, a)') 'grows with ', case%modes%growth(j), ' 1/s'
+         write (line, '(2x, a, i4, f14.6, a)') 'mode', j, case%modes%frequency(j), ' Hz'
+         call say(trim(line))
+         write (line, '(8x, a, es10.3, a)') 'grows with ', case%modes%growth(j), ' 1/s'
+         if (case%modes%growth(j) > 0.0_wp) call say(trim(line))
       end do
    end subroutine write_static
 
