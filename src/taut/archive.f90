@@ -34,6 +34,7 @@ module taut_archive
       generic :: item => pass_real, pass_reals, pass_integer, pass_long, pass_logical
       !> As `item`, for what is allocated, or not, with the length it had.
       generic :: list => pass_text, pass_real_list, pass_matrix, pass_integer_list
+      procedure :: number
       procedure :: clear
       procedure :: rewind => rewind_archive
       procedure :: at_end
@@ -164,6 +165,21 @@ contains
       call header(self, 'i', name, count, fixed=.true.)
       call pass_integer_value(self, value)
    end subroutine pass_integer
+
+   !> A number of things that follow. Restored, it is no more than what can follow, so that room may be made for it.
+   subroutine number(self, name, value)
+      !> The archive.
+      class(archive_t), intent(inout) :: self
+      !> Name of the entry.
+      character(*), intent(in) :: name
+      !> The number, stored or restored.
+      integer, intent(inout) :: value
+
+      call self%item(name, value)
+      if (allocated(self%error) .or. .not. self%reading) return
+      if (value < 0 .or. value > self%length - self%position) &
+         call raise(self%error, 'archive', 'the number "'//name//'" cannot be meant', 'use the program that wrote it')
+   end subroutine number
 
    !> Integers that are allocated or not.
    subroutine pass_integer_list(self, name, values)

@@ -116,7 +116,7 @@ contains
       call archive%item('newton iterations', self%newton_iterations)
       count = 0
       if (allocated(self%events)) count = size(self%events)
-      call archive%item('events', count)
+      call archive%number('events', count)
       if (allocated(archive%error)) return
       if (archive%reading) then
          if (allocated(self%events)) deallocate (self%events)
