@@ -9,15 +9,19 @@ module taut_case_blas
    public :: use_one_thread, blas_text
 
    abstract interface
+      !> Sets the number of threads of a library.
       subroutine set_threads(number) bind(c)
          import :: c_int
          implicit none (type, external)
+         !> The number of threads.
          integer(c_int), value :: number
       end subroutine set_threads
 
+      !> What a library tells of itself.
       function tell_text() bind(c) result(text)
          import :: c_ptr
          implicit none (type, external)
+         !> A text of C.
          type(c_ptr) :: text
       end function tell_text
    end interface

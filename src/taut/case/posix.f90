@@ -278,8 +278,10 @@ contains
       integer(int64), intent(in) :: length
       !> Whether it is open.
       logical, intent(out) :: done
-      !> Whether it is not because another process writes it, and whether that would be known.
-      logical, intent(out) :: busy, known
+      !> Whether it is not because another process writes it.
+      logical, intent(out) :: busy
+      !> Whether that would be known.
+      logical, intent(out) :: known
 
       self%file = c_fopen(path//c_null_char, 'r+b'//c_null_char)
       done = c_associated(self%file)
@@ -377,8 +379,10 @@ contains
 
    !> Removes files that killed processes left half-written: those of a pattern that no process writes.
    subroutine remove_remainders(before, behind)
-      !> The paths begin and end so.
-      character(*), intent(in) :: before, behind
+      !> The paths begin so.
+      character(*), intent(in) :: before
+      !> They end so.
+      character(*), intent(in) :: behind
       type(glob_t) :: found
       type(c_ptr), pointer :: paths(:)
       character(kind=c_char), pointer :: text(:)

@@ -103,7 +103,7 @@ contains
 
    !> Whether something that was printed did not arrive.
    function output_is_lost() result(answer)
-      !> The answer.
+      !> Whether it is lost.
       logical :: answer
 
       answer = lost
@@ -139,7 +139,7 @@ contains
 
    !> Whether standard error is a terminal.
    function is_terminal() result(answer)
-      !> The answer.
+      !> Whether it is one.
       logical :: answer
 
       answer = c_isatty(2_c_int) == 1
