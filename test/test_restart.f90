@@ -166,7 +166,7 @@ contains
       options%step_control = 'fixed'
       options%first_step = 0.02_wp
       call compare('fixed steps', model, at, 1.0_wp, method_t(), options, failure)
-      options = integration_options_t(rtol=1.0e-2_wp, atol=1.0e-2_wp, projection_limit=1.0e-3_wp)
+      options = integration_options_t(rtol=1.0e-2_wp, atol=1.0e-2_wp, projection_limit=1.0e-12_wp)
       call compare('many rejected steps', model, at, 3.0_wp, method_t(), options, failure)
    end subroutine every_control
 

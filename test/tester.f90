@@ -17,6 +17,7 @@ program tester
    use test_ode_edges, only: collect_ode_edges
    use test_stepper, only: collect_stepper
    use test_dop853, only: collect_dop853
+   use test_projection_check, only: collect_projection_check
    use test_projection_matrices, only: collect_projection_matrices
    use test_settings, only: collect_settings
    use test_structure, only: collect_structure
@@ -53,6 +54,7 @@ program tester
    call run_suite('ode', collect_ode(), trim(only), outcome)
    call run_suite('stepper', collect_stepper(), trim(only), outcome)
    call run_suite('dop853', collect_dop853(), trim(only), outcome)
+   call run_suite('projection check', collect_projection_check(), trim(only), outcome)
    call run_suite('ode edges', collect_ode_edges(), trim(only), outcome)
    call run_suite('pendulum', collect_pendulum(), trim(only), outcome)
    call run_suite('helicopter', collect_helicopter(), trim(only), outcome)

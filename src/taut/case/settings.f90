@@ -118,7 +118,8 @@ contains
                            [character(len=16) :: 'standard', 'fixed', 'odepkg-2009'])
          call entries%item('norm', o%norm, 'norm of the error of a step', [character(len=3) :: 'rms', 'max'])
          call entries%item('projection_limit', o%projection_limit, '', &
-                           'a step whose projection moves the state by more, in units of the tolerance, is rejected', above=0.0_wp)
+                           'a step is rejected whose projection, after its first correction, moves by more, in tolerances', &
+                           above=0.0_wp)
       end associate
    end subroutine declare_integration
 

@@ -105,6 +105,7 @@ module taut_constrained_method
       procedure :: multipliers
       procedure :: project => normalize
       procedure :: weigh_error
+      procedure :: later_corrections
       procedure :: breakpoints
       procedure :: failure
       procedure :: sample
@@ -137,6 +138,8 @@ contains
       call self%mass%init(self%model)
       call self%set_up(error)
       allocate (self%dydt(self%size()), source=0.0_wp)
+      self%coordinates = model%n_x
+      self%velocities = model%n
    end subroutine init
 
    !> Whether the options that are a method's own make sense; the default has none.
@@ -343,6 +346,18 @@ contains
       call self%mass%explain(text)
       if (len(text) == 0) call self%projector%explain(text)
    end subroutine failure
+
+   !> By how much the last projection of positions has moved them after its first correction.
+   subroutine later_corrections(self, d, bends)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> Displacement, if there is any: (n_x).
+      real(wp), intent(inout), contiguous :: d(:)
+      !> Whether there is.
+      logical, intent(out) :: bends
+
+      call self%projector%later_corrections(self%at, d, bends)
+   end subroutine later_corrections
 
    !> Violations, multipliers, energy, rank and what the system computes besides at a state, evaluated afresh.
    subroutine sample(self, t, y, s, info)

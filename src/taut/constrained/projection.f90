@@ -68,6 +68,9 @@ module taut_constrained_projection
       logical, private :: accept_inconsistent = .false.
       real(wp), private :: tolerance = 1.0e-12_wp
       integer, private :: max_iterations = 25, reason = no_reason, worst = 0
+      !> Corrections of the last `position`, and the coordinates after the first of several: (n_x).
+      integer, private :: corrections = 0
+      real(wp), allocatable, private :: x_first(:)
       !> The holonomic rows alone, where there are others.
       class(normal_solver_t), allocatable, private :: onto_holonomic
       real(wp), allocatable, private :: phi(:), nu(:), d(:), x_before(:), r(:), normal(:)
@@ -88,6 +91,7 @@ module taut_constrained_projection
       procedure :: velocity_violation
       procedure :: filter_position
       procedure :: filter_velocity
+      procedure :: later_corrections
       procedure :: explain
       procedure :: kept_rows
       procedure :: divide_by_weight
@@ -166,9 +170,10 @@ contains
          allocate (self%from_held(model%c), source=0.0_wp)
       end if
       if (allocated(self%b_prime)) deallocate (self%b_prime, self%mu, self%r, self%normal, self%phi, self%nu, self%d, &
-                                               self%x_before, self%zero)
+                                               self%x_before, self%x_first, self%zero)
       allocate (self%b_prime(model%c), self%mu(model%c), self%r(model%c), self%normal(model%c), self%zero(model%c), &
-                self%phi(model%n_phi), self%nu(model%n_phi), self%d(model%n), self%x_before(model%n_x), source=0.0_wp)
+                self%phi(model%n_phi), self%nu(model%n_phi), self%d(model%n), self%x_before(model%n_x), self%x_first(model%n_x), &
+                source=0.0_wp)
       call lay_out_jacobian(model, self%a)
       call self%w%init(model%mass_blocks)
       if (self%identity) then
@@ -243,6 +248,7 @@ contains
       call model%normalize(at%x)
       self%residual = 0.0_wp
       self%phi_raw = 0.0_wp
+      self%corrections = 0
       if (model%n_phi == 0) return
       call model%constraint(at, self%phi)
       self%residual = largest_entry(self%phi)
@@ -292,6 +298,8 @@ contains
          if (largest <= at_rest*round_off .and. reach >= most*self%residual) return
          reach = self%residual
          before = dot_product(self%phi, self%phi)
+         if (self%corrections == 1) self%x_first(:) = at%x
+         self%corrections = self%corrections + 1
          call move(self, model, at, before, info)
          if (info /= rhs_ok) return
          renew = self%residual > fast*reach
@@ -714,6 +722,21 @@ contains
          call self%onto_holonomic%project(self%a, b(:size(self%phi)), u, self%r(:size(self%phi)), mu(:size(self%phi)))
       end if
    end subroutine meet_holonomic
+
+   !> By how much the last `position` has moved x after its first correction.
+   pure subroutine later_corrections(self, at, d, bends)
+      !> The projector.
+      class(projector_t), intent(in) :: self
+      !> The state that it left.
+      type(state_t), intent(in) :: at
+      !> Displacement, if there is any: (n_x).
+      real(wp), intent(inout), contiguous :: d(:)
+      !> Whether there is.
+      logical, intent(out) :: bends
+
+      bends = self%corrections > 1
+      if (bends) d(:) = at%x - self%x_first
+   end subroutine later_corrections
 
    !> Notes why a projection failed.
    subroutine give_up(self, reason, info)

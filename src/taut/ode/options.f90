@@ -33,9 +33,9 @@ module taut_ode_options
       character(len=8) :: norm = 'rms'
       !> Time between output points [s]; 0 for every step.
       real(wp) :: output_dt = 0.0_wp
-      !> A step whose projection moves the state by more than this, in units of the tolerance, is rejected (standard
-      !! controller only).
-      real(wp) :: projection_limit = 100.0_wp
+      !> A step whose projection bends is rejected, for it may end on another branch: if what follows its first correction
+      !! moves the coordinates by more than this, in units of the tolerance (standard controller only).
+      real(wp) :: projection_limit = 1.0e-5_wp
    contains
       procedure :: check
    end type integration_options_t
@@ -95,7 +95,7 @@ contains
          call raise(error, here, 'step_control = "fixed" with first_step longer than max_step', 'leave max_step out')
       if (.not. self%projection_limit > 0.0_wp) &
          call raise(error, here, 'projection_limit = '//to_text(self%projection_limit)//' is not positive', &
-                    'give a number of tolerances such as 100')
+                    'give a number of tolerances such as 1e-5')
    end subroutine check
 
    !> Passes the counts and the events so far through an archive.

@@ -30,7 +30,7 @@ module taut_ode_step_control
       logical :: aware_of_projection = .true.
       !> Relative tolerance.
       real(wp) :: rtol = 0.0_wp
-      !> A step whose projection moves the state by more than this, in units of the tolerance, is rejected.
+      !> See `projection_holds`.
       real(wp) :: projection_limit = 0.0_wp
       type(controller_constants_t), private :: constants
       !> Power of the error in the step control of 2009: one over the order.

@@ -31,9 +31,12 @@ module taut_ode_system
    !! that has them, `stage_equations`, which hold the algebraic unknowns of a constrained system as well. Times given
    !! to `rhs` are kept within `t_low` and `t_high`, which the integrator sets at a breakpoint and `huge` where there is none.
    type, abstract :: ode_system_t
-      !> Whether a step is rejected when its projection moves the state by more than the integrator's `projection_limit`: it
-      !! makes no sense where violations gather over many steps before they are corrected.
+      !> Whether a step is judged by its projection, see `projection_holds`: it makes no sense where violations gather over many
+      !! steps before they are corrected.
       logical :: limits_projection = .true.
+      !> The first so many entries of y are coordinates, and the next so many their velocities, by which projections are judged;
+      !! no coordinates: all entries are taken for such.
+      integer :: coordinates = 0, velocities = 0
       !> Whether the right-hand side F satisfies F(P(y)) = F(y), with P what `project` does: then an evaluation at a new state holds
       !! for the projected one too, and `project` may follow it at no cost. Else a new state is projected first.
       logical :: rhs_projects = .true.
@@ -43,6 +46,7 @@ module taut_ode_system
    contains
       procedure(right_hand_side), deferred :: rhs
       procedure :: project => project_nothing
+      procedure :: later_corrections => straight_back
       procedure :: filter_error => filter_nothing
       procedure :: accepted => nothing_to_switch
       procedure :: linearize => no_linearization
@@ -222,6 +226,21 @@ contains
       associate (unused_system => self, unused_time => t, unused_state => y, unused_place => place)
       end associate
    end subroutine project_nothing
+
+   !> By how much the last `project` at a step's end has moved the coordinates after its first correction: how much the way back
+   !! bends. The default comes back straight.
+   subroutine straight_back(self, d, bends)
+      !> The system.
+      class(ode_system_t), intent(in) :: self
+      !> Displacement, if there is any: (coordinates).
+      real(wp), intent(inout), contiguous :: d(:)
+      !> Whether there is.
+      logical, intent(out) :: bends
+
+      bends = .false.
+      associate (unused_system => self, unused_displacement => d)
+      end associate
+   end subroutine straight_back
 
    !> Takes off a local error what `project` will take off the state, at the state of the last call of `rhs`. The
    !! default takes off nothing.

@@ -4,6 +4,7 @@
 module taut_ode_stepper_explicit_pair
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
+   use taut_ode_projection_check, only: projection_holds
    use taut_ode_step_control, only: step_control_t
    use taut_ode_stepper, only: stepper_t
    use taut_ode_system, only: evaluated_step_end, ode_system_t, rhs_ok, rhs_retry, step_end
@@ -25,7 +26,7 @@ module taut_ode_stepper_explicit_pair
       real(wp), allocatable :: k(:, :)
       !> Estimates of the local error, see `step_control_t%decide`: (n, estimates).
       real(wp), allocatable :: error(:, :)
-      real(wp), allocatable, private :: y_work(:)
+      real(wp), allocatable, private :: y_work(:), y_later(:)
       !> Coefficients a_ij that are not zero, how many there are for stage i, and their j.
       real(wp), private :: a(most_terms, most_stages) = 0.0_wp
       integer, private :: terms(most_stages) = 0, column(most_terms, most_stages) = 1
@@ -83,7 +84,7 @@ contains
             self%column(self%terms(i), i) = j
          end do
       end do
-      allocate (self%k(n, size(node)), self%error(n, estimates), self%y_work(n), source=0.0_wp)
+      allocate (self%k(n, size(node)), self%error(n, estimates), self%y_work(n), self%y_later(n), source=0.0_wp)
    end subroutine set_tableau
 
    !> The state of a stage, y + h sum_j a_ij k_j; for the last stage, the new state.
@@ -240,11 +241,12 @@ contains
       real(wp), intent(out) :: h_next
       logical, intent(inout) :: accepted
       integer, intent(out) :: info
-      logical :: stale
+      logical :: holds, stale
       integer :: i
-      real(wp) :: moved, t_stage
+      real(wp) :: t_stage
 
       h_next = h
+      holds = .true.
       info = rhs_ok
       do i = 2, self%stages
          call self%stage_state(i, h, y, y_new)
@@ -254,7 +256,7 @@ contains
             ! The derivatives are finite, their sum need not be.
             if (.not. all(abs(y_new) <= huge(1.0_wp))) info = rhs_retry
             if (info == rhs_ok .and. .not. ode%rhs_projects) &
-               call project(self, ode, control, t_new, y, y_new, step_end, moved, stale, info)
+               call project(self, ode, control, t_new, y, y_new, step_end, holds, stale, info)
             if (info /= rhs_ok) return
          end if
          call self%evaluate(ode, t_stage, y_new, self%k(:, i), info)
@@ -271,10 +273,10 @@ contains
 
       stale = .false.
       if (ode%rhs_projects) then
-         call project(self, ode, control, t_new, y, y_new, evaluated_step_end, moved, stale, info)
+         call project(self, ode, control, t_new, y, y_new, evaluated_step_end, holds, stale, info)
          if (info /= rhs_ok) return
       end if
-      if (moved > control%projection_limit) then
+      if (.not. holds) then
          accepted = .false.
          h_next = h
          call control%reduce(h_next)
@@ -283,8 +285,8 @@ contains
       if (stale) call self%evaluate(ode, t_new, y_new, self%k(:, self%stages), info)
    end subroutine take
 
-   !> The new state on the system's invariants, and how far it was moved in units of the tolerance, if that is limited.
-   subroutine project(self, ode, control, t_new, y, y_new, place, moved, stale, info)
+   !> The new state on the system's invariants, and whether the way back there says nothing against the step.
+   subroutine project(self, ode, control, t_new, y, y_new, place, holds, stale, info)
       class(explicit_pair_t), intent(inout) :: self
       class(ode_system_t), intent(inout) :: ode
       type(step_control_t), intent(in) :: control
@@ -292,18 +294,17 @@ contains
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(inout), contiguous :: y_new(:)
       integer, intent(in) :: place
-      real(wp), intent(out) :: moved
-      logical, intent(out) :: stale
+      logical, intent(out) :: holds, stale
       integer, intent(out) :: info
-      logical :: limited
+      logical :: judged
 
-      limited = control%aware_of_projection .and. ode%limits_projection
-      moved = 0.0_wp
-      if (limited) self%y_work(:) = y_new
+      judged = control%aware_of_projection .and. ode%limits_projection
+      holds = .true.
+      if (judged) self%y_work(:) = y_new
       call ode%project(t_new, y_new, place, stale, info)
-      if (info /= rhs_ok .or. .not. limited) return
+      if (info /= rhs_ok .or. .not. judged) return
       self%y_work(:) = self%y_work - y_new
-      moved = control%norm(self%y_work, y, y_new)
+      holds = projection_holds(control, ode, self%y_work, y, y_new, self%y_later)
    end subroutine project
 
    !> The last derivative is the first one of the next step.
