@@ -31,11 +31,13 @@ contains
       class(ode_system_t), intent(in) :: ode
       !> New state before the projection less that behind it: (n).
       real(wp), intent(in), contiguous :: moved(:)
-      !> States at the step's start, and at its end on the invariants: (n).
-      real(wp), intent(in), contiguous :: y0(:), y1(:)
+      !> State at the step's start: (n).
+      real(wp), intent(in), contiguous :: y0(:)
+      !> State at its end, on the invariants: (n).
+      real(wp), intent(in), contiguous :: y1(:)
       !> Workspace: (n).
       real(wp), intent(inout), contiguous :: later(:)
-      !> The answer.
+      !> Whether it does.
       logical :: holds
       logical :: bends
       real(wp) :: way
