@@ -38,6 +38,7 @@ module taut_model_posed_system
       type(alignment_t), allocatable, private :: alignments(:)
    contains
       procedure :: kinematics
+      procedure :: velocity_rhs => nothing_moves
       procedure :: x_rate
       procedure :: v_of_x_rate
       procedure :: displace
@@ -290,5 +291,19 @@ contains
          end associate
       end do
    end subroutine event_values
+
+   !> b' = 0: constraints between bodies and the ground do not move by themselves.
+   subroutine nothing_moves(self, at, value)
+      !> The system.
+      class(posed_system_t), intent(in) :: self
+      !> Where: of no account.
+      type(state_t), intent(in) :: at
+      !> b': (c).
+      real(wp), intent(out) :: value(:)
+
+      value(:) = 0.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine nothing_moves
 
 end module taut_model_posed_system
