@@ -189,6 +189,13 @@ def test_example_of_a_chain_keeps_its_energy(said: Callable[[str], list[str]]) -
     assert all(abs(float(line.split()[-1])) < 1e-4 for line in lines)
 
 
+def test_example_of_the_builder_swings_as_two_angles_do(said: Callable[[str], list[str]]) -> None:
+    energy, center = said("double_pendulum")[-2:]
+    assert abs(float(energy.split()[-2])) < 1e-4
+    # Thin rods in their two angles, by SciPy's DOP853 at 1e-12.
+    assert [float(word) for word in center.split()[-3:-1]] == pytest.approx([-1.29846, -0.69831], abs=5e-5)
+
+
 def test_example_of_a_checkpoint_goes_on_bit_for_bit(said: Callable[[str], list[str]]) -> None:
     before, after = said("checkpoint")[-2:]
     assert before.startswith("interrupted at") and after.startswith("reached-end at")
