@@ -2,20 +2,12 @@
 program mechanism
    use taut_case_application, only: begin_app, end_app, run_application
    use taut_case_mechanism_case, only: mechanism_case_t
-   use taut_case_mechanism_help, only: case_help
    use taut_case_mechanism_static, only: run_static_cases
-   use taut_case_process, only: say
    implicit none (type, external)
    character(*), parameter :: app = 'mechanism', default_case = 'cases/mechanism/four_bar.nml'
-   character(len=20) :: argument
    integer :: code
    logical :: done
 
-   call get_command_argument(1, argument)
-   if (argument == '--help-case') then
-      call say(case_help())
-      stop
-   end if
    call begin_app()
    call run_static_cases(app, default_case, done, code)
    if (done) call end_app(app, code)

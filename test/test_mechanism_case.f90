@@ -3,7 +3,7 @@ module test_mechanism_case
    use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, sample_t, simulate, state_t, wp
    use taut_constrained_method_choose, only: new_constrained_ode
    use taut_case_mechanism, only: read_mechanism
-   use taut_case_mechanism_names, only: expand
+   use taut_case_mechanism_part, only: expand
    use taut_case_mechanism_static, only: solve_static, static_t
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_posix, only: make_folder, remove_file

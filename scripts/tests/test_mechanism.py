@@ -281,7 +281,7 @@ def test_misspelt_entry_of_the_readme(mechanism: Path, first: Path) -> None:
     (first / "first.nml").write_text(text.replace("thickness", "thicknes"))
     done = start(mechanism, first, "first.nml")
     assert done.returncode == 1
-    assert "no entry thicknes; the entries are name, mass" in done.stderr
+    assert "no entry thicknes; did you mean thickness? The entries are name, mass" in done.stderr
     help_text = start(mechanism, first, "--help-case").stdout
     assert all(f"&{group}" in help_text for group in ("body", "joint", "beam", "rolling", "analysis"))
 

@@ -31,11 +31,11 @@ def groups(app: str) -> dict[str, str]:
 
 def reference(app: str) -> str:
     """Returns what stands in a document for an app."""
-    if app == "mechanism":
-        text = said_by(app, "--help-case")
-        return "\n" + "".join(f"    {line}".rstrip() + "\n" for line in text.splitlines()) + "\n"
-    found = groups("pendulum" if app == COMMON else app)
-    chosen = [text for name, text in found.items() if (name in SHARED) == (app == COMMON)]
+    common = {name: text for name, text in groups("pendulum").items() if name in SHARED}
+    if app == COMMON:
+        chosen = list(common.values())
+    else:
+        chosen = [text for name, text in groups(app).items() if common.get(name) != text]
     return "\n" + "\n".join(chosen) + "\n"
 
 

@@ -132,15 +132,19 @@ contains
       end do
    end function choice_list
 
-   !> Numbers as `3` or `1, 3 or 6`.
+   !> Numbers as `3`, `1, 3 or 6` or `1 to 20`.
    pure function joined(numbers) result(text)
-      !> At least one.
+      !> At least one, in rising order.
       integer, intent(in) :: numbers(:)
       !> With commas between.
       character(:), allocatable :: text
       integer :: i
 
       text = to_text(numbers(1))
+      if (size(numbers) > 3 .and. all(numbers == [(numbers(1) + i, i=0, size(numbers) - 1)])) then
+         text = text//' to '//to_text(numbers(size(numbers)))
+         return
+      end if
       do i = 2, size(numbers)
          if (i == size(numbers)) then
             text = text//' or '//to_text(numbers(i))

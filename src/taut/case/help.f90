@@ -20,15 +20,16 @@ contains
       type(declared_t), intent(in) :: groups(:)
       !> Many lines, each with its line end.
       character(:), allocatable :: text
+      character(:), allocatable :: heading
       integer :: column, i, j
 
       text = 'Case files of '//app//' are Fortran namelists: &group name = value, ... /. Comments begin with !, texts stand'//nl// &
              'in quotation marks. What has a default, in brackets here, may be left out.'//nl
       do i = 1, size(groups)
          associate (it => groups(i))
-            text = text//nl//'&'//it%name//'  '//it%about
-            if (it%many) text = text//'; any number of them'
-            text = text//nl
+            heading = '&'//it%name//'  '//it%about
+            if (it%many) heading = heading//'; any number of them'
+            text = text//nl//wrapped(heading, 4)
             column = 0
             do j = 1, size(it%list)
                column = max(column, len(it%list(j)%name))

@@ -1,91 +1,66 @@
-!> The group &beam of a mechanism's case file: a run of finite-volume beam elements, whose nodes are bodies.
+!> The group &beam of a mechanism's case file.
 module taut_case_mechanism_beam
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise, to_text
-   use taut_case_mechanism_bodies, only: add_body
-   use taut_case_mechanism_names, only: locate_named, name_length, parts_t
-   use taut_case_namelist_file, only: group_t, namelist_file_t
-   use taut_model_beam, only: beam_t, new_beam, straight_nodes
-   use taut_model_beam_section, only: beam_section_t, rectangular_section
-   use taut_model_mechanism, only: element_t
-   use taut_model_mechanism_body, only: body_spatial, body_t
+   use taut_error, only: raise
+   use taut_case_entries, only: entries_t
+   use taut_case_mechanism_part, only: declare_vector, part_t
+   use taut_model_mechanism_builder, only: mechanism_builder_t
    implicit none (type, external)
    private
-   public :: read_beam
+   public :: beam_group_t
 
-   !> Elements beyond this take minutes.
-   integer, parameter :: most_elements = 1000
+   !> &beam.
+   type, extends(part_t) :: beam_group_t
+      real(wp), allocatable :: from(:), to(:), young, density, thickness, width, axis_2(:)
+      integer :: elements = 4
+      real(wp) :: poisson = 0.3_wp, damping = 0.0_wp
+   contains
+      procedure :: declare
+      procedure :: add
+   end type beam_group_t
 
 contains
 
-   !> &beam. Its nodes are the bodies name1, name2, ... from one end to the other.
-   subroutine read_beam(file, group, parts, error)
-      !> The case file.
-      type(namelist_file_t), intent(in) :: file
-      !> The group.
-      type(group_t), intent(in) :: group
-      !> What was read so far; added to.
-      type(parts_t), intent(inout) :: parts
-      !> What is wrong.
-      type(error_t), allocatable, intent(inout) :: error
-      character(*), parameter :: names = 'name, from, to, elements, young, poisson, density, thickness, width, axis_2, damping'
-      character(len=name_length) :: name
-      character(len=200) :: message
-      real(wp) :: axis_2(3), damping, density, from(3), poisson, thickness, to(3), width, young
-      integer :: elements, i, status
-      type(beam_section_t) :: section
-      type(beam_t) :: made
-      type(body_t) :: node
-      type(element_t) :: one
-      real(wp), allocatable :: orientations(:, :), positions(:, :)
-      namelist /beam/ name, from, to, elements, young, poisson, density, thickness, width, axis_2, damping
+   !> Its entries.
+   subroutine declare(self, entries)
+      !> What the group says.
+      class(beam_group_t), intent(inout) :: self
+      !> What passes over them.
+      type(entries_t), intent(inout) :: entries
 
-      name = ''
-      from = 0.0_wp
-      to = 0.0_wp
-      elements = 4
-      young = 0.0_wp
-      poisson = 0.3_wp
-      density = 0.0_wp
-      thickness = 0.0_wp
-      width = 0.0_wp
-      axis_2 = [0.0_wp, 1.0_wp, 0.0_wp]
-      damping = 0.0_wp
-      do i = 1, size(group%entries)
-         read (group%entries(i)%text, nml=beam, iostat=status, iomsg=message)
-         if (status /= 0) call file%complain(group, i, message, names, error)
-      end do
-      if (parts%model%planar) call raise(error, '', 'a beam is in space', 'leave out planar = .true.')
-      if (elements < 1 .or. elements > most_elements) &
-         call raise(error, '', 'elements = '//to_text(elements)//' is not between 1 and '//to_text(most_elements), &
-                  'give a small number')
-      if (.not. (norm2(to - from) > 0.0_wp .and. norm2(to - from) <= huge(1.0_wp))) &
-         call raise(error, '', 'from and to are the same point or not numbers', 'set its ends apart')
-      if (.not. allocated(error)) then
-         if (.not. norm2(axis_2) > 0.0_wp .or. abs(dot_product(axis_2, to - from)) > 0.999_wp*norm2(axis_2)*norm2(to - from)) &
-            call raise(error, '', 'axis_2 is along the beam', 'give the direction of its thickness, across the beam')
-      end if
-      if (.not. allocated(error)) call rectangular_section(section, young, poisson, density, thickness, width, error)
-      if (.not. allocated(error)) then
-         call straight_nodes(from, to, elements, axis_2, positions, orientations)
-         call new_beam(made, positions, orientations, section, error, damping=damping)
-      end if
-      do i = 1, elements + 1
-         if (allocated(error)) exit
-         node%name = trim(name)//to_text(i)
-         node%kind = body_spatial
-         node%m = made%m(i)
-         node%j = made%inertia(:, :, i)
-         node%position = positions(:, i)
-         node%orientation = orientations(:, i)
-         call add_body(node, parts, error)
-         if (i == 1 .or. allocated(error)) cycle
-         one%body_2 = size(parts%model%bodies)
-         one%body_1 = one%body_2 - 1
-         one%element = made%elements(i - 1)
-         parts%model%elements = [parts%model%elements, one]
-      end do
-      call locate_named(file, group, name, error)
-   end subroutine read_beam
+      if (.not. allocated(self%axis_2)) self%axis_2 = [0.0_wp, 1.0_wp, 0.0_wp]
+      call entries%group('beam', 'a straight beam of finite-volume elements, in space only; its nodes are the bodies name1, '// &
+                         'name2, ...')
+      call self%declare_name(entries)
+      call declare_vector(entries, 'from', self%from, 'm', 'one end')
+      call declare_vector(entries, 'to', self%to, 'm', 'the other end')
+      call entries%item('elements', self%elements, 'number of elements')
+      call entries%option('young', self%young, 'Pa', 'Young''s modulus')
+      call entries%item('poisson', self%poisson, '', 'Poisson''s ratio')
+      call entries%option('density', self%density, 'kg/m^3', 'density')
+      call entries%option('thickness', self%thickness, 'm', 'along axis_2')
+      call entries%option('width', self%width, 'm', 'across axis_2')
+      call declare_vector(entries, 'axis_2', self%axis_2, '', 'direction of the thickness')
+      call entries%item('damping', self%damping, 's', 'time constant of its damping')
+   end subroutine declare
+
+   !> Adds a beam.
+   subroutine add(self, builder, copy)
+      !> What the group says.
+      class(beam_group_t), intent(in) :: self
+      !> Takes it.
+      type(mechanism_builder_t), intent(inout) :: builder
+      !> There is one.
+      integer, intent(in) :: copy
+
+      if (.not. (allocated(self%from) .and. allocated(self%to))) &
+         call raise(builder%error, '', 'from and to are not both given', 'give both')
+      if (.not. (allocated(self%young) .and. allocated(self%density) .and. allocated(self%thickness) .and. &
+                 allocated(self%width))) &
+         call raise(builder%error, '', 'its material or its section is not given', 'give young, density, thickness and width')
+      if (allocated(builder%error)) return
+      call builder%add_beam(self%copied(copy), self%from, self%to, self%elements, self%young, self%density, self%thickness, &
+                            self%width, self%poisson, self%axis_2, self%damping)
+   end subroutine add
 
 end module taut_case_mechanism_beam

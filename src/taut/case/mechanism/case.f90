@@ -3,11 +3,10 @@ module taut_case_mechanism_case
    use taut_error, only: error_t
    use taut_case_group, only: declared_t
    use taut_case_kind, only: case_kind_t
-   use taut_case_mechanism, only: read_mechanism
+   use taut_case_mechanism, only: declare_mechanism, read_mechanism
    use taut_case_mechanism_geometry, only: write_geometry
-   use taut_case_mechanism_output, only: mechanism_output_t
    use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_settings, only: declare_shared, settings_t
+   use taut_case_settings, only: settings_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_model_mechanism, only: mechanism_t
@@ -26,17 +25,16 @@ module taut_case_mechanism_case
 
 contains
 
-   !> The groups that all apps share.
+   !> Its groups.
    subroutine declare(self, groups)
       !> The kind.
       class(mechanism_case_t), intent(in) :: self
       !> The groups.
       type(declared_t), allocatable, intent(out) :: groups(:)
-      type(mechanism_output_t) :: output
 
       associate (unused_kind => self)
       end associate
-      call declare_shared(groups, weight='mass', output=output)
+      call declare_mechanism(groups)
    end subroutine declare
 
    !> A case file's mechanism, as a system.

@@ -6,7 +6,8 @@ module taut_case_mechanism_static
    use taut_case_command_line, only: command_line_t, read_command_line
    use taut_case_csv, only: csv_t, number_text
    use taut_case_mechanism_geometry, only: write_geometry
-   use taut_case_mechanism, only: analysis_t, read_analysis, read_mechanism
+   use taut_case_mechanism, only: read_mechanism
+   use taut_case_mechanism_analysis, only: analysis_t, read_analysis
    use taut_case_namelist_file, only: check_names, namelist_file_t
    use taut_case_posix, only: make_folder
    use taut_case_process, only: say
@@ -55,7 +56,7 @@ contains
       call read_command_line(app, default_case, line, error)
       ! What is wrong here is told by the application.
       if (allocated(error)) return
-      if (line%help .or. line%version) return
+      if (line%help .or. line%version .or. line%help_case .or. line%reference) return
       allocate (files(size(line%cases)), cases(size(line%cases)))
       static = 0
       do i = 1, size(files)

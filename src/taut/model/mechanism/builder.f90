@@ -23,7 +23,7 @@ module taut_model_mechanism_builder
    use taut_rotation, only: matrix_of_quaternion
    implicit none (type, external)
    private
-   public :: mechanism_builder_t, anchor_t
+   public :: mechanism_builder_t, builder_words_t, anchor_t
 
    !> What a joint or a load may be fixed to: the ground, a body, or a point of either.
    type :: anchor_t
@@ -36,10 +36,22 @@ module taut_model_mechanism_builder
       real(wp) :: at(3) = 0.0_wp
    end type anchor_t
 
+   !> What the parts are called in remedies: a program that reads files may have other words for them.
+   type :: builder_words_t
+      !> What a joint or a load may be fixed to.
+      character(len=64) :: anchors = 'a body, a point or "ground" that was added before'
+      !> What to do about a name that nothing has.
+      character(len=64) :: add = 'add it first, or correct the name'
+      !> A point of the ground, and a point mass.
+      character(len=32) :: ground_point = 'a point of the ground', point_mass = 'a point mass'
+   end type builder_words_t
+
    !> A mechanism that is being built.
    type :: mechanism_builder_t
       !> What was wrong first.
       type(error_t), allocatable :: error
+      !> Words of remedies.
+      type(builder_words_t) :: words
       !> Whether it is in the plane x-y, and its gravity [m/s^2]; to be set before anything is added.
       logical :: planar = .false.
       real(wp) :: gravity(3) = 0.0_wp
@@ -431,7 +443,7 @@ contains
          call raise(self%error, '', what//' is not given', 'name a body, a point or "ground"')
       else
          call raise(self%error, '', what//' = "'//trim(name)//'": there is no body or point of this name', &
-                    'name a body, a point or "ground" that was added before')
+                    'name '//trim(self%words%anchors))
       end if
    end subroutine find_anchor
 
@@ -449,7 +461,7 @@ contains
       if (len_trim(name) == 0) return
       number = self%function_names%find(name)
       if (number == 0) call raise(self%error, '', what//' = "'//trim(name)//'": there is no function of this name', &
-                                  'add it first, or correct the name')
+                                  trim(self%words%add))
    end function find_function
 
    !> Number of a joint; 0 if there is none.
@@ -463,7 +475,7 @@ contains
 
       number = self%joint_names%find(name)
       if (number == 0) call raise(self%error, '', what//' = "'//trim(name)//'": there is no joint of this name', &
-                                  'add it first, or correct the name')
+                                  trim(self%words%add))
    end function find_joint
 
    !> Where a body is at the start.

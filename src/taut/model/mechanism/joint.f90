@@ -18,8 +18,6 @@ module taut_model_mechanism_joint
    type :: joint_t
       !> What it is called.
       character(:), allocatable :: name
-      !> Line of the case file that it comes from, for messages; 0: none.
-      integer :: line = 0
       !> One of the `type_` constants.
       integer :: type = type_spherical
       !> Its bodies; 0 is the ground.

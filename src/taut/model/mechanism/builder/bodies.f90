@@ -70,7 +70,8 @@ contains
 
          if (.not. present(shape)) then
             if (.not. present(inertia)) then
-               call raise(self%error, '', 'it has neither inertia nor shape', 'give one of them, or use a point mass')
+               call raise(self%error, '', 'it has neither inertia nor shape', &
+                          'give one of them, or use '//trim(self%words%point_mass))
             else if (self%planar) then
                made%j(3, 3) = inertia(1)
             else if (ubound(inertia, 1) == 6) then
@@ -206,7 +207,10 @@ contains
       call keep_anchor(self, made)
       call make_room_points(self)
       self%point_count = self%point_count + 1
-      self%points(self%point_count) = point_t(made%name, made%body, made%at)
+      ! One by one: gfortran 12 loses the name in a constructor.
+      self%points(self%point_count)%name = made%name
+      self%points(self%point_count)%body = made%body
+      self%points(self%point_count)%at = made%at
    end procedure add_point
 
    !> A straight beam.

@@ -72,7 +72,7 @@ contains
          if (made%type == type_distance .and. .not. present(point)) then
             if (.not. present(point_1) .and. .not. one%is_point) then
                if (one%body == 0) call raise(self%error, '', 'its point on the ground is not given', &
-                                             'give point_1, or name a point of the ground as body_1')
+                                             'give point_1, or name '//trim(self%words%ground_point)//' as body_1')
                made%p_1 = 0.0_wp
             end if
             if (.not. present(point_2) .and. .not. two%is_point) made%p_2 = 0.0_wp

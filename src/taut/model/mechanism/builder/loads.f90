@@ -134,7 +134,8 @@ contains
          if (allocated(self%error)) return
          if (one%body == two%body) call raise(self%error, '', 'it joins "'//one%name//'" to itself', 'name two different bodies')
          if (.not. present(point_1) .and. .not. one%is_point .and. one%body == 0) &
-            call raise(self%error, '', 'its point on the ground is not given', 'give point_1, or name a point of the ground')
+            call raise(self%error, '', 'its point on the ground is not given', &
+                       'give point_1, or name '//trim(self%words%ground_point))
          it_1 = self%start_pose(one%body)
          it_2 = self%start_pose(two%body)
          call place(one, it_1, point_1, made%p_1)

@@ -1,0 +1,95 @@
+!> The group &function of a mechanism's case file.
+module taut_case_mechanism_function
+   use taut_kinds, only: wp
+   use taut_error, only: raise, to_text
+   use taut_case_entries, only: entries_t
+   use taut_case_mechanism_part, only: part_t
+   use taut_case_mechanism_table, only: read_table
+   use taut_model_mechanism_builder, only: mechanism_builder_t
+   use taut_model_mechanism_function, only: function_kinds, function_ramp, function_step, function_table, time_function_t
+   implicit none (type, external)
+   private
+   public :: function_group_t
+
+   integer, parameter :: most_coefficients = 20
+
+   !> &function.
+   type, extends(part_t) :: function_group_t
+      character(len=len(function_kinds)) :: kind = 'constant'
+      real(wp) :: offset = 0.0_wp, amplitude = 1.0_wp, rate = 0.0_wp, phase = 0.0_wp, start = 0.0_wp
+      real(wp), allocatable :: frequency, omega, finish, coefficients(:)
+      character(:), allocatable :: table
+   contains
+      procedure :: declare
+      procedure :: add
+   end type function_group_t
+
+contains
+
+   !> Its entries.
+   subroutine declare(self, entries)
+      !> What the group says.
+      class(function_group_t), intent(inout) :: self
+      !> What passes over them.
+      type(entries_t), intent(inout) :: entries
+      integer :: i
+
+      call entries%group('function', 'a function of time, which drives a joint or scales a load')
+      call self%declare_name(entries, 'by which joints and loads name it')
+      call entries%item('kind', self%kind, 'constant: offset; ramp: offset + rate (t - start) from start to finish; sine and '// &
+                        'cosine: offset + amplitude sin(omega t + phase); step: offset to offset + amplitude from start to '// &
+                        'finish, with two smooth derivatives; polynomial: offset + sum of coefficients(k) t^k; table: cubic '// &
+                        'spline through the rows of a CSV file', function_kinds)
+      call entries%item('offset', self%offset, '', 'is added to all kinds')
+      call entries%item('amplitude', self%amplitude, '', 'of sine, cosine and step')
+      call entries%item('rate', self%rate, '1/s', 'of a ramp')
+      call entries%option('frequency', self%frequency, 'Hz', 'of sine and cosine, in the place of omega')
+      call entries%option('omega', self%omega, 'rad/s', 'of sine and cosine')
+      call entries%item('phase', self%phase, 'rad', 'of sine and cosine')
+      call entries%item('start', self%start, 's', 'of a ramp or a step')
+      call entries%option('finish', self%finish, 's', 'of a ramp, without: never; of a step, without: start, a jump, which is '// &
+                          'for loads only')
+      call entries%option('coefficients', self%coefficients, '', 'of t, t^2, ...', [(i, i=1, most_coefficients)])
+      call entries%option('table', self%table, 'CSV file with rows time,value; its path is from the folder of the case file; '// &
+                          'it must reach from t_start to t_end')
+   end subroutine declare
+
+   !> Adds a function.
+   subroutine add(self, builder, copy)
+      !> What the group says.
+      class(function_group_t), intent(in) :: self
+      !> Takes it.
+      type(mechanism_builder_t), intent(inout) :: builder
+      !> There is one.
+      integer, intent(in) :: copy
+      type(time_function_t) :: made
+
+      made%name = self%copied(copy)
+      made%kind = findloc(function_kinds, self%kind, 1)
+      made%offset = self%offset
+      made%amplitude = self%amplitude
+      made%rate = self%rate
+      made%phase = self%phase
+      made%start = self%start
+      if (allocated(self%omega)) made%omega = self%omega
+      if (allocated(self%frequency)) made%omega = 2.0_wp*acos(-1.0_wp)*self%frequency
+      if (made%kind == function_step) made%finish = self%start
+      if (allocated(self%finish)) made%finish = self%finish
+      if (allocated(self%coefficients)) then
+         made%coefficients = self%coefficients
+      else
+         made%coefficients = [real(wp) ::]
+      end if
+      if (allocated(self%frequency) .and. allocated(self%omega)) &
+         call raise(builder%error, '', 'frequency and omega are both given', 'give one of them')
+      if (any(made%kind == [function_step, function_ramp]) .and. made%finish < made%start) &
+         call raise(builder%error, '', 'finish = '//to_text(made%finish)//' is before start', 'give a later time')
+      if ((made%kind == function_table) .neqv. allocated(self%table)) &
+         call raise(builder%error, '', 'table and kind do not go together', &
+                    'give kind = "table" and the path of a CSV file, or neither')
+      if (allocated(builder%error)) return
+      if (allocated(self%table)) call read_table(self%case_path, self%table, made%times, made%values, builder%error)
+      call builder%add_function(made)
+   end subroutine add
+
+end module taut_case_mechanism_function
