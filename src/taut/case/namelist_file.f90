@@ -1,19 +1,13 @@
 !> Case files: Fortran namelists, taken apart so that every complaint can name the line, the group and the entry.
 !!
-!! The file is cut into groups and assignments here; the values are read by Fortran's own namelist input, one assignment
-!! at a time:
-!!
-!!     do i = 1, size(group%entries)
-!!        read (group%entries(i)%text, nml=pendulum, iostat=status, iomsg=message)
-!!        if (status /= 0) call file%complain(group, i, message, names, error)
-!!     end do
+!! The file is cut into groups and assignments here; `taut_case_entries` reads the values.
 module taut_case_namelist_file
    use taut_error, only: error_t, raise, to_text
    use taut_case_posix, only: read_whole
    use taut_case_spelling, only: nearest_name
    implicit none (type, external)
    private
-   public :: namelist_file_t, group_t, assignment_t, check_names, given
+   public :: namelist_file_t, group_t, assignment_t, check_names
 
    !> One assignment.
    type :: assignment_t
@@ -56,7 +50,6 @@ module taut_case_namelist_file
    contains
       procedure :: load
       procedure :: only_groups
-      procedure :: complain
       procedure :: locate
    end type namelist_file_t
 
@@ -338,51 +331,6 @@ contains
          end do
       end do
    end subroutine check_names
-
-   !> Makes an error of a failed namelist input.
-   subroutine complain(self, group, index_of_entry, message, names, error)
-      !> The file.
-      class(namelist_file_t), intent(in) :: self
-      !> Its group.
-      type(group_t), intent(in) :: group
-      !> Which of the assignments failed.
-      integer, intent(in) :: index_of_entry
-      !> What the Fortran library said.
-      character(*), intent(in) :: message
-      !> All names of the group, separated by commas.
-      character(*), intent(in) :: names
-      !> The error.
-      type(error_t), allocatable, intent(inout) :: error
-      character(:), allocatable :: reason, value
-
-      associate (item => group%entries(index_of_entry))
-         ! What the library says is no help here: it takes a word where a number belongs for the next name.
-         if (index(', '//names//',', ', '//base_name(item%name)//',') == 0) then
-            call raise(error, group%place(self%path, item%line), 'there is no entry '//item%name, 'the entries are '//names)
-         else
-            value = item%text(index(item%text, '=') + 2:)
-            value = value(:len(value) - 2)
-            reason = ''
-            if (index(message, 'Cannot match') == 0) reason = ' ('//trim(message)//')'
-            call raise(error, group%place(self%path, item%line), item%name//' = '//value//' cannot be read'// &
-                       reason, 'give values of the right type, and not too many (text in quotation marks, numbers without)')
-         end if
-      end associate
-   end subroutine complain
-
-   !> Whether a group has an entry, with or without a subscript.
-   pure logical function given(group, name)
-      !> The group.
-      type(group_t), intent(in) :: group
-      !> In lower case.
-      character(*), intent(in) :: name
-      integer :: i
-
-      given = .false.
-      do i = 1, size(group%entries)
-         given = given .or. base_name(group%entries(i)%name) == name
-      end do
-   end function given
 
    !> A name without its subscript.
    pure function base_name(name) result(base)
