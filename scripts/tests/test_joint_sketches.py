@@ -72,7 +72,8 @@ def expected(axes: np.ndarray, carried: str) -> dict[str, float]:
 
 def table() -> dict[str, tuple[int, str]]:
     """Returns rows in space and what is carried, by the document's table."""
-    rows = re.findall(r"(?m)^\| `&?([\w-]+)` \| (\d)[^|]*\|[^|]*\|[^|]*\| ([^|]*) \|$", README)
+    joints = README[README.index("\n## Joints\n") : README.index("\n## Springs, dampers, loads\n")]
+    rows = re.findall(r"(?m)^\| `&?([\w-]+)` \| (\d)[^|]*\|[^|]*\|[^|]*\| ([^|]*) \|$", joints)
     return {name: (int(count), carries) for name, count, carries in rows}
 
 
