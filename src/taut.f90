@@ -29,7 +29,8 @@ module taut
                               step_end, evaluated_step_end
    use taut_ode_status, only: status_name, status_reached_end, status_event, status_step_too_small, &
                               status_too_many_steps, status_not_finite, status_rhs_failed, status_projection_failed, &
-                              status_output_failed, status_not_started, status_interrupted
+                              status_output_failed, status_not_started, status_interrupted, status_no_progress
+   use taut_ode_note, only: note_t, note_bound_by_stability, note_no_time
    use taut_ode_pause, only: pause_t
    use taut_ode_event, only: events_t, event_record_t
    use taut_ode_observer, only: observer_t, trajectory_t
@@ -95,5 +96,6 @@ module taut
    public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot, inside_step, step_end, evaluated_step_end
    public :: status_name, status_reached_end, status_event, status_step_too_small, status_too_many_steps, &
              status_not_finite, status_rhs_failed, status_projection_failed, status_output_failed, status_not_started, &
-             status_interrupted
+             status_interrupted, status_no_progress
+   public :: note_t, note_bound_by_stability, note_no_time
 end module taut

@@ -2,8 +2,9 @@
 module test_ode_edges
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use systems, only: driven_pivot, new_particle
-   use taut, only: block_diagonal_t, error_t, events_t, integration_options_t, integration_result_t, method_t, simulate, &
-                   state_t, status_event, status_reached_end, wp
+   use taut, only: block_diagonal_t, error_t, events_t, integration_options_t, integration_result_t, integrator_t, method_t, &
+                   note_bound_by_stability, ode_system_t, rhs_ok, simulate, state_t, status_event, status_no_progress, &
+                   status_not_finite, status_reached_end, status_too_many_steps, trajectory_t, wp
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
@@ -18,6 +19,25 @@ module test_ode_edges
    contains
       procedure :: evaluate
    end type lowest_t
+
+   !> y = 10: never.
+   type, extends(events_t) :: crossing_t
+   contains
+      procedure :: evaluate => far_value
+   end type crossing_t
+
+   !> y' = -k (y - cos t).
+   type, extends(ode_system_t) :: stiff_t
+      real(wp) :: k = 1.0_wp
+   contains
+      procedure :: rhs
+   end type stiff_t
+
+   !> A pendulum whose weight is the root of what is left of a second.
+   type, extends(pendulum_t) :: fading_t
+   contains
+      procedure :: force => fading_force
+   end type fading_t
 
 contains
 
@@ -34,6 +54,11 @@ contains
                new_test('yu-chen with a tolerance of its own', rare_corrections), &
                new_test('a projection before the last stage costs no evaluation', projected_first), &
                new_test('steps that contradict each other are refused', contradictions), &
+               new_test('a trajectory is of one run and no longer than it', trajectory_anew), &
+               new_test('the end already', no_time), &
+               new_test('a force that is not a number is called that', force_not_a_number), &
+               new_test('steps that do not get on end a run', no_progress), &
+               new_test('steps bound by stability are told once', bound_by_stability), &
                new_test('a mass matrix that does not fit its blocks', mass_does_not_fit)]
    end function collect_ode_edges
 
@@ -58,6 +83,158 @@ contains
       at%x = [1.0_wp, 0.0_wp]
       at%v = [0.0_wp, 0.0_wp]
    end subroutine horizontal
+
+   subroutine far_value(self, t, y, g)
+      class(crossing_t), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in), contiguous :: y(:)
+      real(wp), intent(out) :: g(:)
+
+      g(1) = y(1) - 10.0_wp
+      associate (unused_events => self, unused_time => t)
+      end associate
+   end subroutine far_value
+
+   subroutine rhs(self, t, y, dydt, info)
+      class(stiff_t), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in), contiguous :: y(:)
+      real(wp), intent(out), contiguous :: dydt(:)
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      dydt = -self%k*(y - cos(t))
+   end subroutine rhs
+
+   subroutine fading_force(self, at, value)
+      class(fading_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      value = 0.0_wp
+      value(2) = -g*ieee_value(g, ieee_quiet_nan)
+      if (at%t < 1.0_wp) value(2) = -g*sqrt(1.0_wp - at%t)
+      associate (unused => self)
+      end associate
+   end subroutine fading_force
+
+   subroutine trajectory_anew(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: model
+      type(integration_result_t) :: result
+      type(trajectory_t) :: path
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      integer :: i
+
+      do i = 1, 2
+         call horizontal(model, at)
+         call simulate(model, at, real(3 - i, wp), result, error, observer=path)
+         call no_error(failure, error)
+         call check(failure, path%points == result%steps + 1, 'the points of this run')
+         call check(failure, size(path%t) == path%points .and. size(path%y, 2) == path%points, 'and no more')
+         call check_close(failure, path%t(1), 0.0_wp, 0.0_wp, 'from its start')
+         call check_close(failure, path%t(path%points), real(3 - i, wp), 0.0_wp, 'to its end')
+      end do
+   end subroutine trajectory_anew
+
+   subroutine no_time(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: model
+      type(integration_result_t) :: result
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+
+      call horizontal(model, at)
+      call simulate(model, at, 1.0_wp, result, error)
+      call no_error(failure, error)
+      call check(failure, size(result%notes) == 0, 'nothing to say')
+      call simulate(model, at, 1.0_wp, result, error)
+      call no_error(failure, error)
+      call check(failure, result%status == status_reached_end .and. result%steps == 0, 'it is there')
+      call check(failure, size(result%notes) == 1, 'and says so')
+      if (allocated(failure)) return
+      call check(failure, index(result%notes(1)%text(), 'already') > 0, result%notes(1)%text())
+   end subroutine no_time
+
+   subroutine force_not_a_number(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: model
+      type(fading_t) :: fading
+      type(integration_result_t) :: result
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+
+      call horizontal(model, at)
+      fading%pendulum_t = model
+      call simulate(fading, at, 2.0_wp, result, error)
+      call no_error(failure, error)
+      call check(failure, result%status == status_not_finite, 'status')
+      call check_close(failure, result%t, 1.0_wp, 1.0e-9_wp, 'where')
+      call check(failure, allocated(result%error), 'why')
+      if (allocated(failure)) return
+      call check(failure, index(result%error%line(), 'the force on') > 0 .and. index(result%error%line(), 'not a number') > 0, &
+                 result%error%line())
+   end subroutine force_not_a_number
+
+   subroutine no_progress(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(stiff_t) :: ode
+      type(integrator_t) :: integrator
+      type(integration_result_t) :: result
+      type(crossing_t) :: crossing
+      type(error_t), allocatable :: error
+      real(wp) :: t, y(1)
+      integer :: i
+
+      call integrator%init(1, integration_options_t(max_steps=5000), error)
+      call no_error(failure, error)
+      ode%k = 1.0e10_wp
+      do i = 1, 2
+         t = 0.5_wp
+         y = 1.0_wp
+         if (i == 1) call integrator%run(ode, t, y, 100.0_wp, result)
+         crossing%direction = [0]
+         crossing%terminal = [.true.]
+         if (i == 2) call integrator%run(ode, t, y, 100.0_wp, result, events=crossing)
+         if (i == 1) then
+            call check(failure, result%status == status_no_progress .and. result%steps <= 3000, 'it ends')
+            call check(failure, allocated(result%error), 'with a reason')
+         else
+            call check(failure, result%status == status_too_many_steps, 'an event may come any time')
+         end if
+      end do
+   end subroutine no_progress
+
+   subroutine bound_by_stability(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(len=6), parameter :: names(2) = ['dopri5', 'dop853']
+      type(stiff_t) :: ode
+      type(integrator_t) :: integrator
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      real(wp) :: t, y(1)
+      integer :: i
+
+      do i = 1, 2
+         call integrator%init(1, integration_options_t(integrator=names(i)), error)
+         call no_error(failure, error)
+         t = 0.5_wp
+         y = cos(t)
+         ode%k = 1.0e4_wp
+         call integrator%run(ode, t, y, 4.0_wp, result)
+         call check(failure, result%status == status_reached_end .and. size(result%notes) == 1, names(i)//': one note')
+         if (allocated(failure)) return
+         call check(failure, result%notes(1)%code == note_bound_by_stability .and. result%notes(1)%t < 1.0_wp, names(i)//': which')
+         ! As many steps, for accuracy.
+         ode%k = 1.0_wp
+         call integrator%init(1, integration_options_t(integrator=names(i), rtol=1.0e-13_wp, atol=1.0e-13_wp), error)
+         t = 0.5_wp
+         y = 2.0_wp
+         call integrator%run(ode, t, y, 100.0_wp, result)
+         call check(failure, size(result%notes) == 0 .and. result%steps > 250, names(i)//': no note')
+      end do
+   end subroutine bound_by_stability
 
    !> Where F(P(y)) differs from F(y), the new state is projected first: six evaluations a step, and nothing else changes.
    subroutine projected_first(failure)

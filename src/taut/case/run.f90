@@ -17,6 +17,7 @@ module taut_case_run
    use taut_constrained_simulate, only: simulation_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
+   use taut_ode_options, only: integration_result_t
    use taut_ode_status, only: status_event, status_interrupted, status_name, status_output_failed, status_reached_end
    implicit none (type, external)
    private
@@ -306,7 +307,7 @@ contains
                to_text(result%steps)//','//to_text(result%rejected)//','//to_text(result%rhs_evaluations)//','// &
                to_text(simulation%ode%projector%iterations)//','//number(recorder%max_phi)//','//number(recorder%max_phidot)// &
                ','//number(recorder%max_phiddot)//','//number(recorder%energy_drift)//','//to_text(recorder%min_rank)//','// &
-               model%note()//','//number(progress%seconds)//','//blas_text()//line_end
+               notes(model%note(), result)//','//number(progress%seconds)//','//blas_text()//line_end
          if (.not. options%quiet) then
             write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
                result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%energy_drift, progress%seconds
@@ -325,6 +326,20 @@ contains
       end subroutine set_seconds
 
    end subroutine run_method
+
+   !> What is to be said of a system and of its run, in one field.
+   function notes(of_system, result) result(text)
+      character(*), intent(in) :: of_system
+      type(integration_result_t), intent(in) :: result
+      character(:), allocatable :: text
+      integer :: i
+
+      text = of_system
+      do i = 1, size(result%notes)
+         if (len(text) > 0) text = text//'; '
+         text = text//result%notes(i)%text()
+      end do
+   end function notes
 
    !> What a checkpoint says of the method at work.
    subroutine restore(checkpoint, folder, recorder, model, settings, simulation, error)

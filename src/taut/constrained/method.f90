@@ -33,9 +33,10 @@
 !! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
 !! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
 module taut_constrained_method
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
-   use taut_error, only: error_t
+   use taut_error, only: error_t, to_text
    use taut_constrained_mass, only: mass_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
@@ -108,6 +109,7 @@ module taut_constrained_method
       procedure :: later_corrections
       procedure :: breakpoints
       procedure :: failure
+      procedure :: entry_name
       procedure :: sample
       procedure :: serialize
       procedure, non_overridable :: is_at
@@ -346,6 +348,46 @@ contains
       call self%mass%explain(text)
       if (len(text) == 0) call self%projector%explain(text)
    end subroutine failure
+
+   !> What an entry of the last derivative is: of an acceleration, the force if that is not a number already.
+   subroutine entry_name(self, entry, text)
+      !> The formulation, as the last `rhs` left it.
+      class(constrained_ode_t), intent(in) :: self
+      !> Which entry of ydot.
+      integer, intent(in) :: entry
+      !> What it is called.
+      character(:), allocatable, intent(out) :: text
+      real(wp) :: force(self%model%n)
+      integer :: i
+
+      i = entry - self%model%n_x
+      if (i > 0 .and. i <= self%model%n) then
+         call self%model%force(self%at, force)
+         if (.not. all(ieee_is_finite(force))) then
+            i = findloc(ieee_is_finite(force), .false., 1)
+            text = 'the force on '//velocity_name()
+         else
+            text = 'the acceleration of '//velocity_name()
+         end if
+      else if (i <= 0) then
+         text = 'the rate of coordinate '//to_text(entry)
+      else
+         text = 'the rate of w('//to_text(i - self%model%n)//')'
+      end if
+
+   contains
+
+      function velocity_name() result(name)
+         character(:), allocatable :: name
+
+         name = 'velocity '//to_text(i)
+         select type (model => self%model)
+         class is (tabulated_system_t)
+            name = model%v_name(i)
+         end select
+      end function velocity_name
+
+   end subroutine entry_name
 
    !> By how much the last projection of positions has moved them after its first correction.
    subroutine later_corrections(self, d, bends)

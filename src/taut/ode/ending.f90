@@ -3,11 +3,12 @@ module taut_ode_ending
    use taut_kinds, only: wp
    use taut_error, only: raise, to_text
    use taut_ode_options, only: integration_result_t
-   use taut_ode_status, only: status_step_too_small, status_not_finite, status_rhs_failed, status_projection_failed
-   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_cannot, rhs_failed, rhs_no_projection, rhs_not_solved
+   use taut_ode_status, only: status_no_progress, status_step_too_small, status_not_finite, status_rhs_failed, &
+                              status_projection_failed
+   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_cannot, rhs_failed, rhs_no_projection, rhs_not_finite, rhs_not_solved
    implicit none (type, external)
    private
-   public :: fail, give_up
+   public :: fail, give_up, no_progress
 
 contains
 
@@ -66,6 +67,11 @@ contains
          if (len(why) > 0) why = ': '//why
          call raise(result%error, 'integration', 'the equations of an implicit step were not solved near t = '//to_text(t)// &
                     ' s'//why, 'look for a jump in the forces (a breakpoint) or constraints that cannot be met any more')
+      case (rhs_not_finite)
+         result%status = status_not_finite
+         call ode%entry_name(ode%not_finite, why)
+         call raise(result%error, 'integration', why//' is not a number near t = '//to_text(t)//' s', &
+                    'look for a division by zero or a root of something negative there, or for a singularity of the model')
       case default
          result%status = status_not_finite
          if (len(why) > 0) why = ': '//why
@@ -73,5 +79,27 @@ contains
                     'bound the step, or look for a singularity of the model')
       end select
    end subroutine fail
+
+   !> Steps do not get on.
+   subroutine no_progress(steps, h, needed, t, result)
+      !> How many there were in a row.
+      integer, intent(in) :: steps
+      !> How long they are [s].
+      real(wp), intent(in) :: h
+      !> How many more the end would take at this rate; 0: they are rejected.
+      real(wp), intent(in) :: needed
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> Gets its status and its error.
+      type(integration_result_t), intent(inout) :: result
+      character(:), allocatable :: what
+
+      result%status = status_no_progress
+      what = to_text(steps)//' tries in a row were rejected at t = '//to_text(t)//' s'
+      if (needed > 0.0_wp) what = to_text(steps)//' steps in a row of '//to_text(abs(h))//' s or less do not get on at t = '// &
+                                  to_text(t)//' s: the end would take '//to_text(needed)//' of them'
+      call raise(result%error, 'integration', what, 'check the derivatives of the model there (`verify`), look for constraints '// &
+                 'that contradict each other, or take an implicit integrator if the forces are stiff')
+   end subroutine no_progress
 
 end module taut_ode_ending

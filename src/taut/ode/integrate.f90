@@ -4,9 +4,10 @@ module taut_ode_integrate
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_ode_ending, only: fail, give_up
+   use taut_ode_ending, only: fail, give_up, no_progress
    use taut_ode_event, only: events_t
    use taut_ode_event_search, only: check_events, event_search_t
+   use taut_ode_note, only: note_bound_by_stability, note_no_time, note_t
    use taut_ode_observer, only: observer_t
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_pause, only: pause_t
@@ -18,6 +19,11 @@ module taut_ode_integrate
    implicit none (type, external)
    private
    public :: integrator_t
+
+   !> A run that does not get on is told by its steps: so many tries rejected in a row; or so many steps in which their length
+   !! does not double, at a rate at which the end would take twice as many as may be taken, and no fewer than 2e8.
+   integer, parameter :: most_rejected = 300, window = 1000
+   real(wp), parameter :: hopeless = 2.0e8_wp
 
    !> The state of an integration; nothing is allocated inside a step.
    type :: integrator_t
@@ -33,6 +39,9 @@ module taut_ode_integrate
       !> Output points so far, and the reason of the last try that failed.
       integer, private :: outputs = 0, info = rhs_ok
       type(event_search_t), private :: search
+      !> Tries rejected in a row; steps since the rate was looked at last, and their length then.
+      integer, private :: rejected_in_a_row = 0, in_window = 0
+      real(wp), private :: h_before = 0.0_wp
    contains
       procedure :: init
       procedure :: run
@@ -81,7 +90,7 @@ contains
       !> Asked before every step; the status of an integration that pauses is `status_interrupted`, and `resume` continues.
       class(pause_t), intent(inout), optional :: pause
 
-      allocate (result%events(0))
+      allocate (result%events(0), result%notes(0))
       result%t = t
       if (.not. (ieee_is_finite(t) .and. ieee_is_finite(t_end))) then
          call raise(result%error, 'integration', 'the start or the end is not a number', &
@@ -107,6 +116,10 @@ contains
       self%step%y(:) = y
       self%outputs = 0
       self%info = rhs_ok
+      self%rejected_in_a_row = 0
+      self%in_window = 0
+      self%h_before = 0.0_wp
+      if (present(observer)) call observer%begin()
       if (present(events)) then
          call self%search%init(events)
          call self%search%look(events, t, self%step%y)
@@ -114,6 +127,8 @@ contains
       if (abs(t_end - t) <= 0.0_wp) then
          if (present(observer)) call show(ode, t, 0.0_wp, self%step%y, result, observer)
          if (result%status == status_not_started) result%status = status_reached_end
+         result%notes = [note_t(note_no_time, t)]
+         if (present(observer)) call observer%finish()
          return
       end if
       call find_stops(ode%breakpoints(), t, t_end, self%stops)
@@ -184,6 +199,7 @@ contains
       end do
       ode%t_low = -huge(1.0_wp)
       ode%t_high = huge(1.0_wp)
+      if (present(observer) .and. result%status /= status_interrupted) call observer%finish()
       t = self%step%t
       y(:) = self%step%y
       result%t = t
@@ -264,6 +280,11 @@ contains
             end if
             if (.not. accepted) then
                result%rejected = result%rejected + 1
+               self%rejected_in_a_row = self%rejected_in_a_row + 1
+               if (self%rejected_in_a_row >= most_rejected) then
+                  call no_progress(self%rejected_in_a_row, h, 0.0_wp, step%t, result)
+                  return
+               end if
                if (lands .and. abs(h_next) < least) then
                   call give_up(ode, self%info, h_next, step%t, result)
                   return
@@ -272,6 +293,7 @@ contains
                cycle
             end if
             result%steps = result%steps + 1
+            self%rejected_in_a_row = 0
             call look(self, ode, lands .and. last, result, observer, events)
             if (result%status /= status_not_started) return
             call step%accept(ode, h_next, replaced, self%info)
@@ -282,10 +304,44 @@ contains
                end if
                if (present(events)) call self%search%look(events, step%t, step%y)
             end if
-            if (lands) return
+            if (step%stepper%bound_by_stability) call note_once(note_bound_by_stability, step%t, result)
+            call look_at_rate(self, h, result, events)
+            if (result%status /= status_not_started .or. lands) return
          end do
       end associate
    end subroutine advance
+
+   !> Whether the steps get on. Where a terminal event may be the end, nobody knows how many it takes.
+   subroutine look_at_rate(self, h, result, events)
+      type(integrator_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+      type(integration_result_t), intent(inout) :: result
+      class(events_t), intent(in), optional :: events
+      real(wp) :: needed
+
+      self%in_window = self%in_window + 1
+      if (self%in_window < window) return
+      self%in_window = 0
+      needed = abs(self%stops(size(self%stops)) - self%step%t)/abs(h)
+      if (needed > max(hopeless, 2.0_wp*self%options%max_steps) .and. abs(h) <= 2.0_wp*self%h_before .and. &
+          .not. self%step%control%fixed) then
+         if (present(events)) then
+            if (any(events%terminal)) return
+         end if
+         call no_progress(window, h, needed, self%step%t, result)
+      end if
+      self%h_before = abs(h)
+   end subroutine look_at_rate
+
+   !> Adds a note, unless it is there.
+   subroutine note_once(code, t, result)
+      integer, intent(in) :: code
+      real(wp), intent(in) :: t
+      type(integration_result_t), intent(inout) :: result
+
+      if (any(result%notes%code == code)) return
+      result%notes = [result%notes, note_t(code, t)]
+   end subroutine note_once
 
    !> Events and output of a step that holds, before it replaces the one before.
    subroutine look(self, ode, at_end, result, observer, events)
@@ -381,6 +437,9 @@ contains
       call archive%item('under way', self%under_way)
       call archive%item('outputs', self%outputs)
       call archive%item('last answer', self%info)
+      call archive%item('rejected in a row', self%rejected_in_a_row)
+      call archive%item('steps in the window', self%in_window)
+      call archive%item('step before the window', self%h_before)
       call self%search%serialize(archive)
    end subroutine serialize
 

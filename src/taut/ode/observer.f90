@@ -11,18 +11,22 @@ module taut_ode_observer
    type, abstract :: observer_t
    contains
       procedure(observe_point), deferred :: observe
+      procedure :: begin => nothing_to_do
+      procedure :: finish => nothing_to_do
    end type observer_t
 
-   !> An observer that keeps every point.
+   !> An observer that keeps every point of one integration; the next one begins anew.
    type, extends(observer_t) :: trajectory_t
       !> Number of points.
       integer :: points = 0
-      !> Times [s]; the first `points` entries count.
+      !> Times [s]; while the integration goes on, the first `points` entries count, afterwards there are no others.
       real(wp), allocatable :: t(:)
-      !> States; the first `points` columns count: (n, at least points).
+      !> States, as many: (n, points).
       real(wp), allocatable :: y(:, :)
    contains
       procedure :: observe => keep
+      procedure :: begin => forget
+      procedure :: finish => trim_arrays
    end type trajectory_t
 
    abstract interface
@@ -46,6 +50,34 @@ module taut_ode_observer
    end interface
 
 contains
+
+   !> Told before the first point, and behind the last; a pause is neither. The default does nothing.
+   subroutine nothing_to_do(self)
+      !> The observer.
+      class(observer_t), intent(inout) :: self
+
+      associate (unused_observer => self)
+      end associate
+   end subroutine nothing_to_do
+
+   !> Forgets the points of an integration before.
+   subroutine forget(self)
+      !> The trajectory.
+      class(trajectory_t), intent(inout) :: self
+
+      self%points = 0
+      if (allocated(self%t)) deallocate (self%t, self%y)
+   end subroutine forget
+
+   !> Gives the arrays the size of what they hold.
+   subroutine trim_arrays(self)
+      !> The trajectory.
+      class(trajectory_t), intent(inout) :: self
+
+      if (.not. allocated(self%t)) return
+      self%t = self%t(:self%points)
+      self%y = self%y(:, :self%points)
+   end subroutine trim_arrays
 
    !> Keeps a point.
    subroutine keep(self, ode, t, h, y, error)

@@ -4,6 +4,7 @@ module taut_ode_options
    use taut_archive, only: archive_t
    use taut_error, only: error_t, raise, to_text
    use taut_ode_event, only: event_record_t
+   use taut_ode_note, only: note_t
    use taut_ode_status, only: status_not_started
    implicit none (type, external)
    private
@@ -57,6 +58,8 @@ module taut_ode_options
       integer :: jacobians = 0, factorizations = 0, newton_iterations = 0
       !> Events met, in order of time.
       type(event_record_t), allocatable :: events(:)
+      !> What else is to be said, in order of time.
+      type(note_t), allocatable :: notes(:)
       !> Why it ended before its time, in words.
       type(error_t), allocatable :: error
    contains
@@ -104,7 +107,7 @@ contains
       class(integration_result_t), intent(inout) :: self
       !> The archive.
       type(archive_t), intent(inout) :: archive
-      integer :: count, i
+      integer :: count, i, noted
 
       call archive%item('status', self%status)
       call archive%item('time reached', self%t)
@@ -122,6 +125,15 @@ contains
          if (allocated(self%events)) deallocate (self%events)
          allocate (self%events(count))
       end if
+      noted = 0
+      if (allocated(self%notes)) noted = size(self%notes)
+      call archive%number('notes', noted)
+      if (allocated(archive%error)) return
+      if (archive%reading) self%notes = [(note_t(), i=1, noted)]
+      do i = 1, noted
+         call archive%item('note', self%notes(i)%code)
+         call archive%item('note time', self%notes(i)%t)
+      end do
       do i = 1, count
          call archive%item('event', self%events(i)%index)
          call archive%item('event time', self%events(i)%t)

@@ -9,7 +9,7 @@ module taut_ode_stepper
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_ode_step_control, only: controller_constants_t, step_control_t
-   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry
+   use taut_ode_system, only: ode_system_t, rhs_not_finite, rhs_ok
    implicit none (type, external)
    private
    public :: stepper_t, work_t
@@ -34,6 +34,8 @@ module taut_ode_stepper
       integer :: order = 0
       !> Constants of the standard controller that suit its error estimate.
       type(controller_constants_t) :: constants
+      !> Whether the last steps were as long as stability allows and not accuracy, as far as the stepper looks for that.
+      logical :: bound_by_stability = .false.
       !> Its work so far.
       type(work_t) :: work
    contains
@@ -178,7 +180,7 @@ module taut_ode_stepper
 
 contains
 
-   !> One evaluation of the right-hand side, inside two breakpoints, with entries that are not finite answered by `rhs_retry`.
+   !> One evaluation of the right-hand side, inside two breakpoints, with entries that are not finite answered by `rhs_not_finite`.
    subroutine evaluate(self, ode, t, y, dydt, info)
       !> The stepper, whose work is counted.
       class(stepper_t), intent(inout) :: self
@@ -196,7 +198,10 @@ contains
       call ode%rhs(min(max(t, ode%t_low), ode%t_high), y, dydt, info)
       self%work%rhs = self%work%rhs + 1
       ! Checked at each evaluation, so that no right-hand side is given a state that is not a number.
-      if (info == rhs_ok .and. .not. finite(self%n, dydt)) info = rhs_retry
+      if (info == rhs_ok .and. .not. finite(self%n, dydt)) then
+         info = rhs_not_finite
+         ode%not_finite = findloc(ieee_is_finite(dydt), .false., 1)
+      end if
    end subroutine evaluate
 
    !> Whether all entries are finite: whether the sum of their absolute values is, in which nothing that is not gets lost.

@@ -2,19 +2,21 @@
 module taut_ode_system
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
+   use taut_error, only: to_text
    implicit none (type, external)
    private
    public :: ode_system_t, stage_equations_t
-   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot, rhs_not_solved
+   public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot, rhs_not_solved, rhs_not_finite
    public :: inside_step, step_end, evaluated_step_end
 
    !> What a right-hand side or a projection answers.
    !!
    !! `rhs_retry`: not defined here, try a smaller step; `rhs_failed`: stop; `rhs_no_projection`: the projection on the
    !! constraints did not converge, try a smaller step; `rhs_cannot`: the system does not offer this at all;
-   !! `rhs_not_solved`: the equations of an implicit step were not solved, try a smaller step.
+   !! `rhs_not_solved`: the equations of an implicit step were not solved, try a smaller step; `rhs_not_finite`: an entry of the
+   !! derivative is not a number, try a smaller step (integrators find that by themselves).
    integer, parameter :: rhs_ok = 0, rhs_retry = 1, rhs_failed = 2, rhs_no_projection = 3, rhs_cannot = 4, &
-                         rhs_not_solved = 5
+                         rhs_not_solved = 5, rhs_not_finite = 6
 
    !> Where a state lies that is projected: inside a step or at none; at the end of a step; there, and the last call of the
    !! right-hand side was for this very state, so that what it found may be used again.
@@ -34,6 +36,8 @@ module taut_ode_system
       !> Whether a step is judged by its projection, see `projection_holds`: it makes no sense where violations gather over many
       !! steps before they are corrected.
       logical :: limits_projection = .true.
+      !> Which entry of the last derivative was not finite, if one was; set by the integrator.
+      integer :: not_finite = 0
       !> The first so many entries of y are coordinates, and the next so many their velocities, by which projections are judged;
       !! no coordinates: all entries are taken for such.
       integer :: coordinates = 0, velocities = 0
@@ -56,6 +60,7 @@ module taut_ode_system
       procedure :: stage_equations => no_stage_equations
       procedure :: breakpoints => no_breakpoints
       procedure :: failure => no_failure
+      procedure :: entry_name => numbered_entry
       procedure :: serialize => nothing_to_serialize
    end type ode_system_t
 
@@ -353,6 +358,20 @@ contains
       associate (unused_system => self)
       end associate
    end function no_breakpoints
+
+   !> What an entry of the last derivative is, for the words that it is not a number.
+   subroutine numbered_entry(self, entry, text)
+      !> The system, as the last call of `rhs` left it.
+      class(ode_system_t), intent(in) :: self
+      !> Which entry of ydot.
+      integer, intent(in) :: entry
+      !> What it is called.
+      character(:), allocatable, intent(out) :: text
+
+      text = 'the derivative of y('//to_text(entry)//')'
+      associate (unused_system => self)
+      end associate
+   end subroutine numbered_entry
 
    !> What the last answer other than `rhs_ok` was about, in words.
    subroutine no_failure(self, text)

@@ -126,6 +126,7 @@ contains
       ! Those of the code DOP853: no memory of the error before.
       self%constants = controller_constants_t(exponent=1.0_wp/order, memory=0.0_wp, largest_decrease=0.333_wp, &
                                               largest_increase=6.0_wp)
+      self%stability_bound = 6.1_wp
       call self%set_tableau(n, stages, node, a, 2)
       allocate (self%dense(n, 8), self%y_stage(n), source=0.0_wp)
    end subroutine init

@@ -65,6 +65,7 @@ contains
       ! Those of the code DOPRI5 of the book.
       self%constants = controller_constants_t(exponent=1.0_wp/order - 0.75_wp*0.04_wp, memory=0.04_wp, &
                                               largest_decrease=0.2_wp, largest_increase=10.0_wp)
+      self%stability_bound = 3.25_wp
       call self%set_tableau(n, stages, node, a, 1)
       allocate (self%dense(n, 5), source=0.0_wp)
    end subroutine init

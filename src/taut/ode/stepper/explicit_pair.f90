@@ -16,17 +16,25 @@ module taut_ode_stepper_explicit_pair
    !! are summed in one loop.
    integer, parameter :: most_stages = 16, most_terms = 14, at_once = 6
 
+   !> A step is looked at so often for its stability, and each one where one was found bound by it; so many of them make a
+   !! verdict, unless so many others come between.
+   integer, parameter :: look_every = 100, verdict = 15, acquittal = 6
+
    !> A pair.
    type, abstract, extends(stepper_t) :: explicit_pair_t
       !> Number of stages; the derivative of the last one is that of the new state.
       integer :: stages = 0
       !> Nodes c_i: (at least stages).
       real(wp), allocatable :: node(:)
+      !> Largest h lambda that is stable, along the negative axis, as far as the two last stages tell.
+      real(wp) :: stability_bound = huge(1.0_wp)
       !> Derivatives of the stages, and of those of the continuous extension behind them: (n, at least stages).
       real(wp), allocatable :: k(:, :)
       !> Estimates of the local error, see `step_control_t%decide`: (n, estimates).
       real(wp), allocatable :: error(:, :)
-      real(wp), allocatable, private :: y_work(:), y_later(:)
+      real(wp), allocatable, private :: y_work(:), y_later(:), y_last_stage(:)
+      !> Steps since the last look; steps found bound by stability, and others since.
+      integer, private :: unseen = 0, bound = 0, free = 0
       !> Coefficients a_ij that are not zero, how many there are for stage i, and their j.
       real(wp), private :: a(most_terms, most_stages) = 0.0_wp
       integer, private :: terms(most_stages) = 0, column(most_terms, most_stages) = 1
@@ -84,7 +92,8 @@ contains
             self%column(self%terms(i), i) = j
          end do
       end do
-      allocate (self%k(n, size(node)), self%error(n, estimates), self%y_work(n), self%y_later(n), source=0.0_wp)
+      allocate (self%k(n, size(node)), self%error(n, estimates), self%y_work(n), self%y_later(n), self%y_last_stage(n), &
+                source=0.0_wp)
    end subroutine set_tableau
 
    !> The state of a stage, y + h sum_j a_ij k_j; for the last stage, the new state.
@@ -154,6 +163,10 @@ contains
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
 
+      self%unseen = 0
+      self%bound = 0
+      self%free = 0
+      self%bound_by_stability = .false.
       call self%evaluate(ode, t, y, self%k(:, 1), info)
    end subroutine start
 
@@ -241,14 +254,16 @@ contains
       real(wp), intent(out) :: h_next
       logical, intent(inout) :: accepted
       integer, intent(out) :: info
-      logical :: holds, stale
+      logical :: holds, looks, stale
       integer :: i
       real(wp) :: t_stage
 
       h_next = h
       holds = .true.
       info = rhs_ok
+      looks = self%unseen >= look_every .or. self%bound > 0
       do i = 2, self%stages
+         if (looks .and. i == self%stages) self%y_last_stage(:) = y_new
          call self%stage_state(i, h, y, y_new)
          t_stage = t + self%node(i)*h
          if (self%node(i) >= 1.0_wp) t_stage = t_new
@@ -271,6 +286,8 @@ contains
       call control%decide(h, self%error, y, y_new, h_next, accepted)
       if (.not. accepted) return
 
+      self%unseen = self%unseen + 1
+      if (looks) call look_at_stability(self, h, y_new)
       stale = .false.
       if (ode%rhs_projects) then
          call project(self, ode, control, t_new, y, y_new, evaluated_step_end, holds, stale, info)
@@ -284,6 +301,29 @@ contains
       end if
       if (stale) call self%evaluate(ode, t_new, y_new, self%k(:, self%stages), info)
    end subroutine take
+
+   !> Whether a step is as long as stability allows: its two last stages, which are evaluated at one time, tell h lambda.
+   !!
+   !! Source: Hairer's codes DOPRI5 and DOP853; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer
+   !! 1996, Sect. IV.2.
+   subroutine look_at_stability(self, h, y_new)
+      class(explicit_pair_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+      real(wp), intent(in), contiguous :: y_new(:)
+      real(wp) :: slopes, states
+
+      self%unseen = 0
+      slopes = norm2(self%k(:, self%stages) - self%k(:, self%stages - 1))
+      states = norm2(y_new - self%y_last_stage)
+      if (abs(h)*slopes > self%stability_bound*states .and. states > 0.0_wp) then
+         self%free = 0
+         self%bound = self%bound + 1
+         self%bound_by_stability = self%bound >= verdict
+      else
+         self%free = self%free + 1
+         if (self%free >= acquittal) self%bound = 0
+      end if
+   end subroutine look_at_stability
 
    !> The new state on the system's invariants, and whether the way back there says nothing against the step.
    subroutine project(self, ode, control, t_new, y, y_new, place, holds, stale, info)
@@ -326,6 +366,9 @@ contains
       type(archive_t), intent(inout) :: archive
 
       call archive%item('ydot', self%k(:, 1))
+      call archive%item('steps since a look', self%unseen)
+      call archive%item('steps bound by stability', self%bound)
+      call archive%item('steps that are not', self%free)
    end subroutine serialize
 
 end module taut_ode_stepper_explicit_pair
