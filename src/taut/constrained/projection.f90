@@ -40,6 +40,9 @@ module taut_constrained_projection
    real(wp), parameter :: contradiction = 1.0e-6_wp
    !> A displacement that does not reduce phi is halved up to so many times: a thousandth of it does not help either.
    integer, parameter :: halvings = 10
+   !> A violation that is left by the first correction is what round-off and the condition of S leave of it, up to so many times
+   !! that which counts as none: what takes it off then says nothing of how the way back bends.
+   real(wp), parameter :: worth_telling = 100.0_wp
    !> Growth of the sum of squares of phi that is round-off: where constraints are inconsistent, what can be reduced may be
    !! less than round-off of what cannot.
    real(wp), parameter :: no_growth = 1.0_wp + 8.0_wp*epsilon(1.0_wp)
@@ -70,6 +73,8 @@ module taut_constrained_projection
       integer, private :: max_iterations = 25, reason = no_reason, worst = 0
       !> Corrections of the last `position`, and the coordinates after the first of several: (n_x).
       integer, private :: corrections = 0
+      !> Whether the first of them has left a violation that is worth telling.
+      logical, private :: left_some = .false.
       real(wp), allocatable, private :: x_first(:)
       !> The holonomic rows alone, where there are others.
       class(normal_solver_t), allocatable, private :: onto_holonomic
@@ -298,7 +303,10 @@ contains
          if (largest <= at_rest*round_off .and. reach >= most*self%residual) return
          reach = self%residual
          before = dot_product(self%phi, self%phi)
-         if (self%corrections == 1) self%x_first(:) = at%x
+         if (self%corrections == 1) then
+            self%left_some = self%residual > worth_telling*least
+            self%x_first(:) = at%x
+         end if
          self%corrections = self%corrections + 1
          call move(self, model, at, before, info)
          if (info /= rhs_ok) return
@@ -734,7 +742,7 @@ contains
       !> Whether there is.
       logical, intent(out) :: bends
 
-      bends = self%corrections > 1
+      bends = self%corrections > 1 .and. self%left_some
       if (bends) d(:) = at%x - self%x_first
    end subroutine later_corrections
 
