@@ -58,6 +58,7 @@ module taut
    use taut_model_beam, only: beam_t, new_beam, straight_nodes
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
    use taut_model_mechanism, only: mechanism_t
+   use taut_model_mechanism_assembly, only: assemble_mechanism => assemble
    use taut_model_mechanism_builder, only: mechanism_builder_t
    use taut_model_mechanism_function, only: time_function_t
    use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
@@ -73,7 +74,7 @@ module taut
    private
    public :: beam_t, new_beam, straight_nodes, beam_section_t, new_section, rectangular_section
    public :: chain_t, new_chain, n_four_bar_t, new_n_four_bar, new_pendulum, pendulum_t
-   public :: mechanism_t, mechanism_builder_t, time_function_t, model_events_t
+   public :: mechanism_t, mechanism_builder_t, assemble_mechanism, time_function_t, model_events_t
    public :: posed_system_t, modal_body_t, new_modal_body, new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
    public :: jet_t, jet, operator(+), operator(-), operator(*), operator(/), operator(**), assignment(=)
    public :: operator(==), operator(/=), operator(<), operator(<=), operator(>), operator(>=)

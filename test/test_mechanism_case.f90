@@ -859,6 +859,9 @@ contains
                   ':2: &joint "hinge": the velocities of "hinge" (drive_angle "g"), "j" (drive_angle "h") contradict')
       call expect('&mechanism hold = "rod" /'//lf//rod//lf//hinge//', drive_angle = "g" /'//lf// &
                   '&function name = "g", kind = "ramp", rate = 1.0 /', ':3: &joint "hinge": the velocities of "hinge" (drive_angle')
+      call expect('&mechanism hold = "rod" /'//lf//rod//lf//hinge//', drive_angle = "g" /'//lf// &
+                  '&function name = "g", offset = 3.14159265358979 /', &
+                  ':3: &joint "hinge": the mechanism cannot be assembled (joint "hinge" is half a turn from where its drive "g"')
       call expect(rod//lf//'&joint name = "rod", type = "spherical", body_2 = "rod", point = 0.0, 0.0, 0.0 /', &
                   ':2: &joint "rod": the name is taken')
       call expect(rod//lf//'&point name = "tip", body = "rod", position = 1.0, 0.0, 0.0 /'//lf// &

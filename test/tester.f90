@@ -3,6 +3,7 @@ program tester
    use, intrinsic :: iso_fortran_env, only: output_unit
    use testing, only: outcome_t, run_suite
    use test_allocation, only: collect_allocation
+   use test_assembly, only: collect_assembly
    use test_automatic, only: collect_automatic
    use test_builder, only: collect_builder
    use test_case, only: collect_case
@@ -84,6 +85,7 @@ program tester
    call run_suite('beam', collect_beam(), trim(only), outcome)
    call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
    call run_suite('modes', collect_modes(), trim(only), outcome)
+   call run_suite('assembly', collect_assembly(), trim(only), outcome)
    call run_suite('mechanism', collect_mechanism(), trim(only), outcome)
    call run_suite('mechanism case', collect_mechanism_case(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'

@@ -8,10 +8,10 @@ module taut_case_mechanism
    use taut_case_mechanism_parts, only: declare_parts, locate_named, origins_t, read_parts
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: declare_shared, read_settings, settings_t
-   use taut_constrained_start, only: consistent_start, start_report_t
+   use taut_constrained_start, only: start_report_t
    use taut_constrained_system, only: state_t
    use taut_model_mechanism, only: mechanism_t
-   use taut_model_mechanism_assembly, only: assemble_holding, contradicting_velocities, hold_coordinate, worst_joint
+   use taut_model_mechanism_assembly, only: assemble, contradicting_velocities, hold_coordinate, worst_joint
    use taut_model_mechanism_builder, only: mechanism_builder_t
    use taut_model_mechanism_function, only: function_table
    use taut_model_mechanism_report, only: mechanism_report_t, report_start
@@ -68,7 +68,7 @@ contains
          error%where = file%path//': '//error%where
          return
       end if
-      call assemble(file, flags, origins, model, start, settings, report, error)
+      call assemble_start(file, flags, origins, model, start, settings, report, error)
    end subroutine read_mechanism
 
    !> A table that drives a joint or scales a load must reach over the whole run.
@@ -132,7 +132,7 @@ contains
    end subroutine choose_shown
 
    !> Brings the start to the constraints, and says what was found.
-   subroutine assemble(file, flags, origins, model, start, settings, report, error)
+   subroutine assemble_start(file, flags, origins, model, start, settings, report, error)
       type(namelist_file_t), intent(in) :: file
       type(flags_t), intent(in) :: flags
       type(origins_t), intent(in) :: origins
@@ -154,17 +154,13 @@ contains
             if (len_trim(flags%hold(i)) > 0) call hold_coordinate(model, trim(flags%hold(i)), held, error)
          end do
       end if
-      if (any(held) .and. .not. allocated(error)) call assemble_holding(model, held, start, error)
-      if (.not. allocated(error)) then
-         call consistent_start(model, settings%methods(1)%method, start, consistent, error)
-         if (allocated(error)) error%what = 'the mechanism cannot be assembled ('//error%what//')'
-      end if
+      if (.not. allocated(error)) call assemble(model, settings%methods(1)%method, start, consistent, error, held)
       if (allocated(error)) then
          call blame(file, origins, model, given_start, start, error)
       else
          call report_start(model, given_start, start, consistent%rank, report)
       end if
-   end subroutine assemble
+   end subroutine assemble_start
 
    !> Names the joint that was open at the start and stays so, or those whose velocities contradict each other.
    subroutine blame(file, origins, model, given_start, reached, error)
@@ -183,7 +179,9 @@ contains
       i = index(error%what, ' (the constraints are inconsistent') + index(error%what, ' (the velocity constraints are inconsistent')
       if (i > 0) error%what = error%what(:i - 1)
       call worst_joint(model, reached, i, left)
-      if (left > 1.0e-9_wp) then
+      if (left <= 1.0e-9_wp .and. model%strayed_joint(reached) > 0) then
+         i = model%strayed_joint(reached)
+      else if (left > 1.0e-9_wp) then
          call worst_joint(model, given_start, i, open_by)
          error%what = 'it is open by '//to_text(open_by)//' at the start, and the worst joint stays open by '//to_text(left)// &
                       ': '//error%what

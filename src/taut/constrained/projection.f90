@@ -17,7 +17,8 @@ module taut_constrained_projection
    public :: projector_t, relative_violation, lay_out_jacobian, evaluate_jacobian
 
    !> Why a projection failed.
-   integer, parameter :: no_reason = 0, not_converged = 1, inconsistent = 2, not_finite = 3, weight_not_positive = 4
+   integer, parameter :: no_reason = 0, not_converged = 1, inconsistent = 2, not_finite = 3, weight_not_positive = 4, &
+                         wrong_branch = 5
 
    !> Rows of A with errors up to this, relative to their size, have no redundant rows that exact ones do not have: see the
    !! use of `noise` by the solvers.
@@ -81,12 +82,15 @@ module taut_constrained_projection
       real(wp), allocatable, private :: phi(:), nu(:), d(:), x_before(:), r(:), normal(:)
       !> Of all rows.
       real(wp), allocatable, private :: zero(:)
+      !> What is on another branch than is meant, after a step that was refused for it.
+      character(:), allocatable, private :: strayed
       !> Velocities along which nothing is moved, and what they give of A v: (n), (c); not allocated: none.
       logical, allocatable, private :: held(:)
       real(wp), allocatable, private :: from_held(:)
    contains
       procedure :: init
       procedure :: position
+      procedure :: check_branch
       procedure :: correct
       procedure :: evaluate
       procedure :: factorize
@@ -450,6 +454,22 @@ contains
       end do
    end function relative_violation
 
+   !> Whether a state that meets the constraints is one that is meant: a step too long may end on another branch.
+   subroutine check_branch(self, model, at, info)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state, after `position`.
+      type(state_t), intent(in) :: at
+      !> `rhs_ok` or `rhs_retry`.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      call model%check_branch(at, self%strayed)
+      if (allocated(self%strayed)) call give_up(self, wrong_branch, info)
+   end subroutine check_branch
+
    !> Positions and then velocities on the constraints, Eqs (17) and (11a), or only what exceeds a threshold.
    subroutine correct(self, model, at, info, threshold, linearized)
       !> The projector; what was found before the correction is in `phi_raw`, `phidot_raw`, and mu in `mu`.
@@ -778,6 +798,8 @@ contains
                 to_text(self%residual)//' and no displacement reduces it'
       case (weight_not_positive)
          text = 'the weight matrix W is not positive definite'
+      case (wrong_branch)
+         text = self%strayed
       case (not_finite)
          text = 'a constraint or its matrix is not finite'
       case default

@@ -89,6 +89,7 @@ contains
       report%phi_given = projector%phi_raw
       report%phi_left = projector%residual
       report%iterations = projector%iterations
+      if (info == rhs_ok) call projector%check_branch(model, at, info)
       if (info == rhs_ok) call projector%linearize(model, at, info, 0.0_wp)
       if (info /= rhs_ok) then
          call projector%explain(why)

@@ -83,6 +83,8 @@ module taut_constrained_system
       procedure :: breakpoints => no_breakpoints
       !> What only the system itself can say is wrong with it; by default nothing.
       procedure :: check_at => nothing_wrong
+      !> Whether a state that meets the constraints is one that is meant, where others meet them too; by default always.
+      procedure :: check_branch => no_branches
    end type mechanical_system_t
 
    abstract interface
@@ -267,6 +269,16 @@ module taut_constrained_system
          !> What is wrong.
          type(error_t), allocatable, intent(inout) :: error
       end subroutine nothing_wrong
+
+      !> Every state is meant.
+      module subroutine no_branches(self, at, what)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> A state that meets the constraints; x and t may be used.
+         type(state_t), intent(in) :: at
+         !> What is on another branch, in words; not allocated if nothing is.
+         character(:), allocatable, intent(out) :: what
+      end subroutine no_branches
 
       !> Not a number, with bits of its own, that no calculation leaves behind: the answer of a procedure that is not supplied.
       pure module function not_supplied() result(value)

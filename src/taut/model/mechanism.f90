@@ -81,6 +81,8 @@ module taut_model_mechanism
       !> Rows of all joints, those with a position level first; the joint of each.
       type(row_t), allocatable :: rows(:)
       integer, allocatable :: joint_of_row(:)
+      !> Those rows that the opposite direction meets too.
+      integer, allocatable :: rows_with_branches(:)
       !> The entries of A in compressed rows: the first of each row (c + 1), their columns, and which of the twelve of body 1 and
       !! body 2 each is.
       integer, allocatable :: first(:), column(:), source(:)
@@ -102,6 +104,9 @@ module taut_model_mechanism
       procedure :: jacobian_entries
       procedure :: velocity_rhs
       procedure :: acceleration_rhs
+      procedure :: check_branch
+      procedure :: strayed_joint
+      procedure :: cosine_of_row
       procedure :: reaction
       procedure :: force
       procedure :: soft_force
@@ -300,6 +305,38 @@ module taut_model_mechanism
          !> b'': (c) [m/s^2] or [1/s^2].
          real(wp), intent(out) :: value(:)
       end subroutine acceleration_rhs
+
+      !> Names the joint that is met upside down, or half a turn from what drives it.
+      module subroutine check_branch(self, at, what)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The state; its x and t are used.
+         type(state_t), intent(in) :: at
+         !> Such as: joint "hinge" is half a turn from its drive "g"; not allocated if there is none.
+         character(:), allocatable, intent(out) :: what
+      end subroutine check_branch
+
+      !> The first joint that is on the other branch.
+      module function strayed_joint(self, at) result(joint)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The state; its x and t are used.
+         type(state_t), intent(in) :: at
+         !> Its index; 0 if there is none.
+         integer :: joint
+      end function strayed_joint
+
+      !> The cosine between the direction that a row demands and the one that is there.
+      module function cosine_of_row(self, at, i) result(cosine)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The state; its x and t are used.
+         type(state_t), intent(in) :: at
+         !> The row, one that has branches.
+         integer, intent(in) :: i
+         !> 1 on the branch that is meant, -1 on the other.
+         real(wp) :: cosine
+      end function cosine_of_row
 
       !> Force and moment of a joint on its second body, the moment about the joint's point of that body.
       module subroutine reaction(self, at, lambda, j, f, m)

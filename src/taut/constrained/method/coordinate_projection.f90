@@ -50,6 +50,7 @@ contains
       stale = .false.
       call self%unpack(t, y, self%at)
       call self%projector%correct(self%model, self%at, info, threshold=self%threshold)
+      if (info == rhs_ok .and. place /= inside_step) call self%projector%check_branch(self%model, self%at, info)
       if (info /= rhs_ok) return
       call self%pack(self%at, y)
       if (place == inside_step) return

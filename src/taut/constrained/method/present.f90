@@ -153,6 +153,8 @@ contains
          self%projected = .not. self%projects_stages
          stale = place == evaluated_step_end
       end if
+      if (place /= inside_step) call self%projector%check_branch(self%model, self%at, info)
+      if (info /= rhs_ok) return
       y(:n_x) = self%at%x
       if (self%replaces_v) y(n_x + 1:n_x + self%model%n) = self%at%v
       if (place /= inside_step) call self%remember()

@@ -153,6 +153,12 @@ contains
       end associate
    end procedure nothing_wrong
 
+   !> Every state is meant.
+   module procedure no_branches
+      associate (unused_system => self, unused_state => at, unused_text => what)
+      end associate
+   end procedure no_branches
+
    !> Whether the system supplies what its numbers of constraints ask for.
    module subroutine check_supplied(model, at, error)
       class(mechanical_system_t), intent(in) :: model

@@ -71,6 +71,7 @@ contains
       end do
       self%rows = [self%rows, all_rates]
       self%joint_of_row = [self%joint_of_row, joint_of_rate]
+      self%rows_with_branches = pack([(i, i=1, size(self%rows))], self%rows%has_branches)
       call find_pattern(self)
       call self%define(n=sum(blocks), c=size(self%rows), nonholonomic=size(all_rates), n_x=n_x, &
                        mass_blocks=blocks, constant_mass=.true.)

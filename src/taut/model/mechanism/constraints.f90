@@ -1,6 +1,6 @@
 !> What the joints of a mechanism demand, row by row: phi, A, b' and b''; and what they carry.
 submodule(taut_model_mechanism) taut_model_mechanism_constraints
-   use taut_model_mechanism_row, only: row_b_prime, row_b_second, row_entries, row_value
+   use taut_model_mechanism_row, only: row_angle, row_b_prime, row_b_second, row_cosine, row_entries, row_value
    use taut_rotation, only: cross
    implicit none (type, external)
 
@@ -95,6 +95,57 @@ contains
          value(i) = row_b_second(self%rows(i), poses%it(one), poses%it(two), g)
       end do
    end procedure acceleration_rhs
+
+   !> Names the joint that is met upside down, or half a turn from what drives it.
+   module procedure check_branch
+      integer :: i
+
+      i = strayed_row(self, at)
+      if (i == 0) return
+      associate (row => self%rows(i), joint => self%joints(self%joint_of_row(i)))
+         if (row%kind == row_angle) then
+            what = 'joint "'//joint%name//'" is half a turn from where its drive "'//self%functions(row%drive)%name//'" wants it'
+         else
+            what = 'joint "'//joint%name//'" is upside down: an axis of one body is opposite to that of the other'
+         end if
+      end associate
+   end procedure check_branch
+
+   !> The first joint that is on the other branch.
+   module procedure strayed_joint
+      joint = strayed_row(self, at)
+      if (joint > 0) joint = self%joint_of_row(joint)
+   end procedure strayed_joint
+
+   !> The first row whose direction is more than 90 degrees from what it demands; 0 if there is none.
+   integer function strayed_row(self, at) result(i)
+      class(mechanism_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(poses_t) :: poses
+      real(wp) :: g(3)
+      integer :: joint, k, one, two
+
+      joint = 0
+      call poses%clear()
+      do k = 1, size(self%rows_with_branches)
+         i = self%rows_with_branches(k)
+         call poses_of_row(self, at, i, joint, poses, one, two)
+         call drive_of(self, self%rows(i), at%t, g)
+         if (row_cosine(self%rows(i), poses%it(one), poses%it(two), g) < 0.0_wp) return
+      end do
+      i = 0
+   end function strayed_row
+
+   !> The cosine between the direction that a row demands and the one that is there.
+   module procedure cosine_of_row
+      type(pose_t) :: one, two
+      real(wp) :: g(3)
+
+      call self%pose_of(at, self%joints(self%joint_of_row(i))%body_1, one)
+      call self%pose_of(at, self%joints(self%joint_of_row(i))%body_2, two)
+      call drive_of(self, self%rows(i), at%t, g)
+      cosine = row_cosine(self%rows(i), one, two, g)
+   end procedure cosine_of_row
 
    !> Force and moment of a joint on its second body, the moment about the joint's point of that body.
    module procedure reaction

@@ -7,7 +7,7 @@ module taut_model_mechanism_joint
    use taut_error, only: error_t, raise
    use taut_model_mechanism_body, only: pose_t, turned, turned_back
    use taut_model_mechanism_joint_table, only: in_plane, in_space, joint_kinds, type_coordinate, type_distance, type_spherical
-   use taut_model_mechanism_row, only: row_angle, row_contact, row_distance, row_knife, row_offset, row_rolling, row_t
+   use taut_model_mechanism_row, only: row_angle, row_contact, row_distance, row_dot, row_knife, row_offset, row_rolling, row_t
    use taut_rotation, only: cross
    implicit none (type, external)
    private
@@ -177,6 +177,7 @@ contains
          row%b = b
          row%side = side
          row%drive = drive
+         row%has_branches = any(kind == [row_dot, row_angle]) .and. norm2(side) > 0.0_wp
          row%p_1 = joint%p_1
          row%p_2 = joint%p_2
          if (any(kind == [row_distance, row_contact, row_rolling]) .or. joint%type == type_coordinate) row%length = joint%length

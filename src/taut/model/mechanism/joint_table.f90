@@ -16,7 +16,8 @@ module taut_model_mechanism_joint_table
    type :: row_plan_t
       !> One of the `row_` constants.
       integer :: kind = 0
-      !> Axis of body 1's frame, of body 2's, and to the side in body 1's; 0: none. Below zero: a global axis.
+      !> Axis of body 1's frame, of body 2's, and to the side in body 1's (of `row_dot`: the one that b is meant to have, which
+      !! its opposite meets as well); 0: none. Below zero: a global axis.
       integer :: a = 0, b = 0, side = 0
       !> `everywhere`, `in_space` or `in_plane`.
       integer :: where = everywhere
@@ -50,9 +51,9 @@ module taut_model_mechanism_joint_table
    !> The points coincide; the axes are parallel.
    type(row_plan_t), parameter :: coincide(3) = [row_plan_t(row_point, a=-1), row_plan_t(row_point, a=-2), &
                                                  row_plan_t(row_point, a=-3, where=in_space)]
-   type(row_plan_t), parameter :: align(2) = [row_plan_t(row_dot, a=1, b=3), row_plan_t(row_dot, a=2, b=3)]
-   type(row_plan_t), parameter :: align_in_space(2) = [row_plan_t(row_dot, a=1, b=3, where=in_space), &
-                                                       row_plan_t(row_dot, a=2, b=3, where=in_space)]
+   type(row_plan_t), parameter :: align(2) = [row_plan_t(row_dot, a=1, b=3, side=3), row_plan_t(row_dot, a=2, b=3, side=3)]
+   type(row_plan_t), parameter :: align_in_space(2) = [row_plan_t(row_dot, a=1, b=3, side=3, where=in_space), &
+                                                       row_plan_t(row_dot, a=2, b=3, side=3, where=in_space)]
 
    !> The types, by their numbers.
    type(joint_kind_t), parameter :: joint_kinds(12) = [ &
@@ -64,9 +65,9 @@ module taut_model_mechanism_joint_table
       joint_kind_t('revolute', has_angle=.true., needs_axis_in_plane=.false., rows=[coincide, align_in_space, none], &
                    help='turns about its axis'), &
       joint_kind_t('prismatic', has_displacement=.true., &
-                   rows=[row_plan_t(row_offset, a=1), row_plan_t(row_dot, a=1, b=3, where=in_plane), &
+                   rows=[row_plan_t(row_offset, a=1), row_plan_t(row_dot, a=1, b=3, side=3, where=in_plane), &
                          row_plan_t(row_offset, a=2, where=in_space), align_in_space, &
-                         row_plan_t(row_dot, a=1, b=2, where=in_space)], help='slides along its axis without turning'), &
+                         row_plan_t(row_dot, a=1, b=2, side=2, where=in_space)], help='slides along its axis without turning'), &
       joint_kind_t('cylindrical', has_angle=.true., has_displacement=.true., planar=.false., &
                    rows=[align, row_plan_t(row_offset, a=1), row_plan_t(row_offset, a=2), none, none], &
                    help='slides along its axis and turns about it'), &
@@ -75,8 +76,8 @@ module taut_model_mechanism_joint_table
       joint_kind_t('planar', planar=.false., rows=[align, row_plan_t(row_offset, a=3), none, none, none], &
                    help='moves across its axis and turns about it'), &
       joint_kind_t('fixed', needs_axis=.false., needs_axis_in_plane=.false., turns_about_normal=.true., &
-                   rows=[coincide, row_plan_t(row_dot, a=1, b=2), row_plan_t(row_dot, a=2, b=3, where=in_space), &
-                         row_plan_t(row_dot, a=3, b=1, where=in_space)], help='lets nothing move'), &
+                   rows=[coincide, row_plan_t(row_dot, a=1, b=2, side=2), row_plan_t(row_dot, a=2, b=3, side=3, where=in_space), &
+                         row_plan_t(row_dot, a=3, b=1, side=1, where=in_space)], help='lets nothing move'), &
       joint_kind_t('in-line', rows=[row_plan_t(row_offset, a=1), row_plan_t(row_offset, a=2, where=in_space), none, none, none, &
                                     none], help='keeps a point on a line'), &
       joint_kind_t('coordinate', has_displacement=.true., drives_own_row=.true., &

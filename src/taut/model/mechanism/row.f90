@@ -12,13 +12,14 @@
 !!     rolling     e.(velocity of the disc's lowest point)   non-holonomic, e in the plane                        [m/s]
 !!     knife       u_2.(velocity of P_2)                     non-holonomic                                        [m/s]
 !!
-!! `angle` has one more solution half a turn away, and nowhere a singularity: a turn has no beginning.
+!! `angle` has one more solution half a turn away, and nowhere a singularity: a turn has no beginning. `dot` likewise is met by
+!! the opposite direction too. Which of the two is meant, `row_cosine` tells: it is 1 there and -1 on the other branch.
 module taut_model_mechanism_row
    use taut_kinds, only: wp
    use taut_model_mechanism_body, only: pose_t
    implicit none (type, external)
    private
-   public :: row_t, row_value, row_entries, row_b_prime, row_b_second
+   public :: row_t, row_value, row_entries, row_b_prime, row_b_second, row_cosine, meant_direction
    public :: row_point, row_offset, row_dot, row_angle, row_distance, row_contact, row_rolling, row_knife
 
    integer, parameter :: row_point = 1, row_offset = 2, row_dot = 3, row_angle = 4, row_distance = 5, row_contact = 6, &
@@ -32,8 +33,10 @@ module taut_model_mechanism_row
       integer :: drive = 0
       !> Direction in body 1 (`point`: in global axes; `contact`, `rolling`: the plane's normal), direction in body 2.
       real(wp) :: a(3) = 0.0_wp, b(3) = 0.0_wp
-      !> `angle`: the direction in body 1 from which theta counts; `rolling`: e.
+      !> `angle`: the direction in body 1 from which theta counts; `dot`: the one that u_2 is meant to have; `rolling`: e.
       real(wp) :: side(3) = 0.0_wp
+      !> Whether the opposite direction of u_2 meets it too, and is not meant.
+      logical :: has_branches = .false.
       !> Points in body axes [m].
       real(wp) :: p_1(3) = 0.0_wp, p_2(3) = 0.0_wp
       !> Length or radius [m].
@@ -231,6 +234,35 @@ contains
       s_rate = dot(row%a, u_rate)
       up_rate = (up*(s*s_rate/k) - s_rate*u - s*u_rate)/k
    end subroutine lowest
+
+   !> The cosine between u_2 and the direction that it is meant to have where the row is met.
+   pure function row_cosine(row, one, two, g) result(c)
+      !> The row, one that has branches.
+      type(row_t), intent(in) :: row
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
+      !> {g, gdot, gddot}.
+      real(wp), intent(in) :: g(3)
+      !> Positive on the branch that is meant.
+      real(wp) :: c
+
+      c = dot(turned(one%r, meant_direction(row, g)), turned(two%r, row%b))
+   end function row_cosine
+
+   !> The direction in body 1 that u_2 is meant to have.
+   pure function meant_direction(row, g) result(u)
+      !> The row, one that has branches.
+      type(row_t), intent(in) :: row
+      !> {g, gdot, gddot}.
+      real(wp), intent(in) :: g(3)
+      !> A unit vector in the axes of body 1.
+      real(wp) :: u(3)
+
+      u = row%side
+      if (row%kind == row_angle) u = cos(g(1))*row%side + sin(g(1))*row%a
+   end function meant_direction
 
    !> b': minus the partial derivative of phi in time.
    pure function row_b_prime(row, one, two, g) result(b)
