@@ -204,6 +204,14 @@ contains
             call check(failure, result%status == status_too_many_steps, 'an event may come any time')
          end if
       end do
+
+      call integrator%init(1, integration_options_t(max_steps=5000, max_step=1.0e-7_wp), error)
+      call no_error(failure, error)
+      ode%k = 1.0_wp
+      t = 0.5_wp
+      y = 1.0_wp
+      call integrator%run(ode, t, y, 100.0_wp, result)
+      call check(failure, result%status == status_too_many_steps, 'short steps that are asked for are taken')
    end subroutine no_progress
 
    subroutine bound_by_stability(failure)

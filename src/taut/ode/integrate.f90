@@ -311,7 +311,8 @@ contains
       end associate
    end subroutine advance
 
-   !> Whether the steps get on. Where a terminal event may be the end, nobody knows how many it takes.
+   !> Whether the steps get on. Where a terminal event may be the end, nobody knows how many it takes; and who asks for
+   !> steps no longer than these has asked for their number.
    subroutine look_at_rate(self, h, result, events)
       type(integrator_t), intent(inout) :: self
       real(wp), intent(in) :: h
@@ -324,7 +325,7 @@ contains
       self%in_window = 0
       needed = abs(self%stops(size(self%stops)) - self%step%t)/abs(h)
       if (needed > max(hopeless, 2.0_wp*self%options%max_steps) .and. abs(h) <= 2.0_wp*self%h_before .and. &
-          .not. self%step%control%fixed) then
+          abs(h) < self%options%max_step .and. .not. self%step%control%fixed) then
          if (present(events)) then
             if (any(events%terminal)) return
          end if
