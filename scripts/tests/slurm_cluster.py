@@ -12,6 +12,8 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+# Seconds. Slurm looks for what it may have missed once a minute, and the machine may be busy.
+PATIENCE = 180
 PACKAGES = ("slurm-wlm", "munge")
 PROGRAMS = ("munged", "mungekey", "slurmctld", "slurmd", "sbatch", "scancel", "scontrol", "sinfo", "squeue")
 # Where Debian has daemons; an ordinary user's PATH may lack it.
@@ -161,7 +163,7 @@ class Cluster:
         if self.command("squeue", "--noheader"):
             self.command("scancel", "--full", "--signal=KILL", f"--user={os.getuid()}")
             self.command("scancel", f"--user={os.getuid()}")
-            wait(lambda: not self.command("squeue", "--noheader"), 30)
+            wait(lambda: not self.command("squeue", "--noheader"))
 
     def stop(self) -> None:
         """Cancels all jobs and ends the daemons; nothing is left running."""
@@ -197,7 +199,7 @@ class Cluster:
             return self._daemons[name].poll() is not None or ready()
 
         try:
-            wait(or_dead, 30)
+            wait(or_dead)
             if self._daemons[name].poll() is None:
                 return
         except AssertionError:
@@ -231,11 +233,11 @@ def running_cluster(array_size: int = 1001, cpus: int = 2) -> Iterator[Cluster]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def wait(ready: Callable[[], bool], seconds: float, every: float = 0.1) -> None:
-    """Waits until something is so."""
-    end = time.monotonic() + seconds
+def wait(ready: Callable[[], bool], every: float = 0.1) -> None:
+    """Waits until something is so; gives up when even a machine under load would be done."""
+    end = time.monotonic() + PATIENCE
     while not ready():
-        assert time.monotonic() < end, f"waited {seconds} s in vain"
+        assert time.monotonic() < end, f"waited {PATIENCE} s in vain"
         time.sleep(every)
 
 

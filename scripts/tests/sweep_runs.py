@@ -62,7 +62,7 @@ def assert_refused(done: subprocess.CompletedProcess[str], *parts: str, code: in
 
 
 def wait_until(happened: Callable[[], object]) -> None:
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 180
     while not happened():
         assert time.monotonic() < deadline
         time.sleep(0.01)

@@ -235,7 +235,7 @@ def test_killed_run(pendulum: Path, tmp_path: Path) -> None:
     write(tmp_path / "case.nml", "&integration t_end = 1e6 /")
     process = subprocess.Popen([pendulum, "case.nml", "--out", "out", "--quiet"], cwd=tmp_path)
     try:
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 180
         while not any(path.stat().st_size > 100_000 for path in files(tmp_path / "out")):
             assert time.monotonic() < deadline and process.poll() is None
             time.sleep(0.02)

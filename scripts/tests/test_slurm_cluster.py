@@ -8,12 +8,12 @@ from slurm_cluster import Cluster, NoSlurmError, running_cluster, wait
 
 def test_requeued_when_the_node_dies(slurm: Cluster) -> None:
     slurm.command("sbatch", "--requeue", "--job-name=dies", "--output=/dev/null", "--wrap=exec sleep 100")
-    wait(slurm.processes, 20)
+    wait(slurm.processes)
     slurm.kill_node()
-    wait(lambda: not slurm.processes(), 5)
+    wait(lambda: not slurm.processes())
     slurm.start_node()
     wait(
-        lambda: slurm.command("squeue", "--noheader", "--name=dies", "--format=%T").split() == ["PENDING"], 20
+        lambda: slurm.command("squeue", "--noheader", "--name=dies", "--format=%T").split() == ["PENDING"]
     )
 
 
@@ -22,7 +22,7 @@ def test_nothing_is_left() -> None:
     try:
         with running_cluster() as cluster:
             cluster.command("sbatch", "--output=/dev/null", "--wrap=trap '' TERM; sleep 100; sleep 100")
-            wait(cluster.processes, 20)
+            wait(cluster.processes)
     except NoSlurmError:
         pytest.skip("see the other test")
     assert not cluster.processes()

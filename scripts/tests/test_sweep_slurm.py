@@ -225,7 +225,7 @@ def test_finished_runs_are_not_submitted(slurm: Cluster, sweep: Sweep, tmp_path:
     )
     # They take moments, as those that are done tell: one task is enough.
     assert (folder / "slurm/0001/tasks").read_text() == "2:7\n"
-    wait(lambda: not tasks(slurm), 30)
+    wait(lambda: not tasks(slurm))
     assert (folder / "slurm/0001/0.log").read_text().startswith("3 runs in")
     assert good(sweep("run", path, "--slurm", given=slurm.environment)) == "swings: 8 done\n"
     good(sweep("collect", path))
@@ -237,17 +237,17 @@ def test_time_limit_requeues_and_cancel_does_not(slurm: Cluster, sweep: Sweep, t
     case = tmp_path / "swings.nml"
     case.write_text(CASE.replace("t_end = 10.0", "t_end = 1e6"), encoding="utf-8")
     good(sweep("run", path, "--slurm", given=slurm.environment))
-    wait(lambda: any(map(listens, programs(slurm))), 20)
+    wait(lambda: any(map(listens, programs(slurm))))
     (job,) = tasks(slurm)
     # What Slurm sends a minute before the time limit.
     slurm.command("scancel", "--batch", "--signal=USR1", job)
-    wait(lambda: tasks(slurm, "PENDING") == [job], 20)
+    wait(lambda: tasks(slurm, "PENDING") == [job])
     assert "Restarts=1" in slurm.command("scontrol", "show", "job", job)
     assert "1 interrupted" in good(sweep("status", path, given=slurm.environment))
     # It starts again by itself; then it is canceled for good.
-    wait(lambda: any(map(listens, programs(slurm))), 30)
+    wait(lambda: any(map(listens, programs(slurm))))
     slurm.command("scancel", job)
-    wait(lambda: not tasks(slurm), 20)
+    wait(lambda: not tasks(slurm))
     assert not slurm.processes()
     assert "1 interrupted" in good(sweep("status", path, given=slurm.environment))
     record = json.loads(next(tmp_path.glob("results/sweeps/swings/runs/*/record.json")).read_text())
@@ -318,20 +318,20 @@ def test_one_long_case_goes_on_from_its_checkpoint(
         script = ROOT / "scripts/slurm_one_case.sh"
         options = ("--parsable", f"--chdir={folder}", "--output=job.log")
         job = slurm.command("sbatch", *options, str(script), str(pendulum), "../long.nml").strip()
-        wait(lambda: any(map(listens, programs(slurm))), 20)
+        wait(lambda: any(map(listens, programs(slurm))))
         time.sleep(0.5)
         return job
 
     checkpoint = "results/long/checkpoint.taut"
     slurm.command("scancel", "--batch", "--signal=USR1", submitted(folders[1]))
-    wait(lambda: tasks(slurm, "PENDING"), 20)
+    wait(lambda: tasks(slurm, "PENDING"))
     assert (folders[1] / checkpoint).exists()
-    wait(lambda: any(f"--restart\0{checkpoint}" in command_of(pid) for pid in slurm.processes()), 30)
-    wait(lambda: not tasks(slurm), 60)
+    wait(lambda: any(f"--restart\0{checkpoint}" in command_of(pid) for pid in slurm.processes()))
+    wait(lambda: not tasks(slurm))
     assert not (folders[1] / checkpoint).exists()
     straight, stopped = ((folder / "results/long/present.csv").read_bytes() for folder in folders[:2])
     assert stopped == straight
     # A job that is canceled is not queued again, but keeps its checkpoint.
     slurm.command("scancel", submitted(folders[2]))
-    wait(lambda: not tasks(slurm), 20)
+    wait(lambda: not tasks(slurm))
     assert (folders[2] / checkpoint).exists()
