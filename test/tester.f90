@@ -32,6 +32,7 @@ program tester
    use test_squeezer, only: collect_squeezer
    use test_swing, only: collect_swing
    use test_system, only: collect_system
+   use test_turns, only: collect_turns
    use test_verify, only: collect_verify
    use test_normal_solver, only: collect_normal_solver
    use test_rotation, only: collect_rotation
@@ -85,6 +86,7 @@ program tester
    call run_suite('beam', collect_beam(), trim(only), outcome)
    call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
    call run_suite('modes', collect_modes(), trim(only), outcome)
+   call run_suite('turns', collect_turns(), trim(only), outcome)
    call run_suite('assembly', collect_assembly(), trim(only), outcome)
    call run_suite('mechanism', collect_mechanism(), trim(only), outcome)
    call run_suite('mechanism case', collect_mechanism_case(), trim(only), outcome)

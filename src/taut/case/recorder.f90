@@ -101,6 +101,8 @@ contains
                 source=all(columns == ''))
       allocate (character(len=4096) :: self%line)
       self%wanted(1) = .true.
+      ! The angle that a counter belongs to is among the outputs.
+      call leave_out_counters(self, model)
       if (all(columns == '')) return
       met = columns == ''
       do i = 1, size(self%wanted)
@@ -112,11 +114,20 @@ contains
             self%wanted(i) = .true.
          end do
       end do
+      call leave_out_counters(self, model)
       do j = 1, size(columns)
          if (.not. met(j)) call raise(error, '&output', 'there is no column "'//trim(columns(j))//'"', &
                                       'take names from the first line of a result with all columns; * stands for any characters')
       end do
    end subroutine prepare
+
+   !> Coordinates that only count turns are no columns.
+   subroutine leave_out_counters(self, model)
+      type(recorder_t), intent(inout) :: self
+      class(tabulated_system_t), intent(in) :: model
+
+      self%wanted(2 + model%n_x - model%n_counters + 1:2 + model%n_x) = .false.
+   end subroutine leave_out_counters
 
    !> Name of a column; the columns are those of `observe`.
    function column_name(model, i) result(name)

@@ -60,11 +60,24 @@ contains
       if (present(options)) settings = options
       call new_constrained_ode(self%ode, model, chosen, error)
       if (allocated(error)) return
+      call leave_out_counters(model, self%ode%size(), settings)
       call self%integrator%init(self%ode%size(), settings, error)
       if (allocated(error)) return
       allocate (self%y(self%ode%size()), source=0.0_wp)
       allocate (self%at%x(model%n_x), self%at%v(model%n), self%at%w(model%n_w), source=0.0_wp)
    end subroutine init
+
+   !> Coordinates that count turns have no part in the measure of errors: their tolerance is endless.
+   subroutine leave_out_counters(model, n, settings)
+      class(mechanical_system_t), intent(in) :: model
+      integer, intent(in) :: n
+      type(integration_options_t), intent(inout) :: settings
+      integer :: i
+
+      if (model%n_counters == 0) return
+      if (.not. allocated(settings%atol_of)) settings%atol_of = [(settings%atol, i=1, n)]
+      if (size(settings%atol_of) == n) settings%atol_of(model%n_x - model%n_counters + 1:model%n_x) = huge(1.0_wp)
+   end subroutine leave_out_counters
 
    !> Brings the initial state to the constraints and integrates.
    subroutine run(self, at, t_end, error, observer, events, start, pause)

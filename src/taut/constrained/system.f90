@@ -40,6 +40,9 @@ module taut_constrained_system
       integer :: c = 0
       !> Holonomic constraints: those that have a position level. They come first; rows of A beyond them are non-holonomic.
       integer :: n_phi = 0
+      !> The last so many coordinates tell nothing that the others do not, but for whole turns: they have no part in the measure of
+      !! errors.
+      integer :: n_counters = 0
       !> States that are not mechanics.
       integer :: n_w = 0
       !> Sizes of the diagonal blocks of M.

@@ -83,6 +83,8 @@ module taut_model_mechanism
       integer, allocatable :: joint_of_row(:)
       !> Those rows that the opposite direction meets too.
       integer, allocatable :: rows_with_branches(:)
+      !> Joints whose turns are coordinates of the state, which follow those of the bodies.
+      integer, allocatable :: counting(:)
       !> The entries of A in compressed rows: the first of each row (c + 1), their columns, and which of the twelve of body 1 and
       !! body 2 each is.
       integer, allocatable :: first(:), column(:), source(:)
@@ -90,6 +92,7 @@ module taut_model_mechanism
       procedure :: complete
       procedure :: start_state
       procedure :: pose_of
+      procedure :: angle_of
       procedure :: mass
       procedure :: x_rate
       procedure :: v_of_x_rate
@@ -159,6 +162,35 @@ module taut_model_mechanism
          type(pose_t), intent(out) :: it
       end subroutine pose_of
 
+      !> The angle of a joint with all its turns since the start: those of its drive, of the bodies in the plane, or of its own
+      !! coordinate. Of a joint in space that nobody asks, from -pi to pi.
+      pure module function angle_of(self, at, joint, one, two) result(angle)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The state; its x and t are used.
+         type(state_t), intent(in) :: at
+         !> The joint, one that has an angle.
+         type(joint_t), intent(in) :: joint
+         !> Pose of its body 1.
+         type(pose_t), intent(in) :: one
+         !> Pose of its body 2.
+         type(pose_t), intent(in) :: two
+         !> The angle [rad].
+         real(wp) :: angle
+      end function angle_of
+
+      !> Difference of the angles of a joint's bodies in the plane, about its axis.
+      pure module function turned_by(self, joint, x) result(angle)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The joint.
+         type(joint_t), intent(in) :: joint
+         !> Coordinates: (n_x).
+         real(wp), intent(in) :: x(:)
+         !> The difference [rad].
+         real(wp) :: angle
+      end function turned_by
+
       !> Forgets all poses.
       pure module subroutine clear(self)
          !> Poses.
@@ -227,7 +259,7 @@ module taut_model_mechanism
          real(wp), intent(inout) :: x(:)
       end subroutine displace
 
-      !> Quaternions of length one.
+      !> Quaternions of length one; turns that are whole ones but for the angle between the bodies.
       module subroutine normalize(self, x)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
@@ -436,8 +468,9 @@ module taut_model_mechanism
       end subroutine elastic_stiffness
 
       !> Length or angle of a spring, its rate, and the direction from point 1 to point 2 or of the axis.
-      pure module subroutine spring_motion(self, spring, one, two, length, rate, direction)
+      pure module subroutine spring_motion(self, at, spring, one, two, length, rate, direction)
          class(mechanism_t), intent(in) :: self
+         type(state_t), intent(in) :: at
          type(spring_t), intent(in) :: spring
          type(pose_t), intent(in) :: one, two
          real(wp), intent(out) :: length, rate, direction(3)
@@ -453,7 +486,7 @@ module taut_model_mechanism
 
    ! What is written of it.
    interface
-      !> Such as rod1.x, rod1.qa or, in the plane, rod1.angle.
+      !> Such as rod1.x, rod1.qa or, in the plane, rod1.angle; hinge.angle of a joint that counts its turns.
       module function x_name(self, i) result(name)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self

@@ -40,6 +40,8 @@ module taut_ode_step_control
       real(wp), private :: previous_error = 1.0e-4_wp
       logical, private :: last_rejected = .false.
       real(wp), allocatable, private :: atol(:)
+      !> Entries that have a part in the norm: those of a tolerance that is not endless.
+      integer, private :: counted = 0
    contains
       procedure :: init
       procedure :: renew
@@ -97,6 +99,7 @@ contains
             self%atol(:) = options%atol_of
          end if
       end if
+      self%counted = count(self%atol < huge(1.0_wp))
       self%rms = options%norm == 'rms'
       self%rtol = options%rtol
       self%projection_limit = options%projection_limit
@@ -146,7 +149,7 @@ contains
             ratio = min(abs(d(i))/(self%atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i)))), 1.0e100_wp)
             value = value + ratio*ratio
          end do
-         value = sqrt((value + other)/max(1, size(d)))
+         value = sqrt((value + other)/max(1, self%counted))
       else
          do i = 1, size(d)
             value = max(value, abs(d(i))/(self%atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i)))))

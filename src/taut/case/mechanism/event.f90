@@ -32,7 +32,7 @@ contains
       call entries%option('quantity', self%quantity, 'of a joint "angle" (without one) or "displacement"; of a point "x", "y" '// &
                           'or "z"')
       call entries%option('point', self%point, 'point, or body, that is watched in the place of a joint')
-      call entries%item('value', self%value, 'rad or m', 'the value; an angle also passes it half a turn away')
+      call entries%item('value', self%value, 'rad or m', 'the value; whole turns count')
    end subroutine declare
 
    !> Adds an event.

@@ -145,8 +145,7 @@ contains
       call declare_vector(entries, 'point_1', self%point_1, 'm', 'point of body_1; without: its center of mass')
       call declare_vector(entries, 'point_2', self%point_2, 'm', 'point of body_2; without: its center of mass')
       call entries%item('frame', self%frame, 'axes of the points: global ones at the start, or those of their bodies', frames)
-      call entries%option('joint', self%joint, 'in the place of bodies: a revolute or cylindrical joint about whose axis it '// &
-                          'acts, within half a turn of free_angle')
+      call entries%option('joint', self%joint, 'in the place of bodies: a revolute or cylindrical joint about whose axis it acts')
       call entries%option('stiffness', self%stiffness, 'N/m or N m/rad', 'a negative one drives away from the free length')
       call entries%option('damping', self%damping, 'N s/m or N m s/rad', 'not negative')
       call entries%option('free_length', self%free_length, 'm', 'without: that at the start')

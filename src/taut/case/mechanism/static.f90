@@ -129,7 +129,7 @@ contains
       if (allocated(error)) return
       call table%create(out//'/'//file%name//'/equilibrium.csv', error)
       if (.not. allocated(error)) call table%put('name,value', error)
-      do i = 1, case%model%n_x
+      do i = 1, case%model%n_x - case%model%n_counters
          if (.not. allocated(error)) call table%put(case%model%x_name(i)//','//number(case%at%x(i)), error)
       end do
       call case%model%outputs(case%at, case%found%lambda, outputs)

@@ -2,7 +2,7 @@
 submodule(taut_model_mechanism) taut_model_mechanism_complete
    use taut_error, only: raise
    use taut_model_mechanism_body, only: coordinates_of_kind
-   use taut_model_mechanism_joint, only: joint_rows
+   use taut_model_mechanism_joint, only: drawn_angle, has_angle, joint_rows
    implicit none (type, external)
 
 contains
@@ -73,12 +73,58 @@ contains
       self%joint_of_row = [self%joint_of_row, joint_of_rate]
       self%rows_with_branches = pack([(i, i=1, size(self%rows))], self%rows%has_branches)
       call find_pattern(self)
-      call self%define(n=sum(blocks), c=size(self%rows), nonholonomic=size(all_rates), n_x=n_x, &
+      call choose_counting(self, n_x)
+      self%n_counters = size(self%counting)
+      call self%define(n=sum(blocks), c=size(self%rows), nonholonomic=size(all_rates), n_x=n_x + self%n_counters, &
                        mass_blocks=blocks, constant_mass=.true.)
       call count_elastic_rows(self)
       self%n_outputs = number_of_outputs(self)
       self%n_events = size(self%events)
+      if (self%planar) call set_offsets(self)
    end procedure complete
+
+   !> The joints whose turns somebody asks for, each a coordinate behind those of the bodies: in the plane those of the bodies tell
+   !! them, and where an angle is driven the drive does.
+   subroutine choose_counting(self, n_x)
+      class(mechanism_t), intent(inout) :: self
+      integer, intent(in) :: n_x
+      logical :: asked(size(self%joints))
+      integer :: i
+
+      asked = .false.
+      asked(self%shown) = .true.
+      do i = 1, size(self%springs)
+         if (self%springs(i)%joint > 0) asked(self%springs(i)%joint) = .true.
+      end do
+      do i = 1, size(self%events)
+         if (self%events(i)%joint > 0) asked(self%events(i)%joint) = .true.
+      end do
+      self%counting = [integer ::]
+      if (self%planar) return
+      self%counting = pack([(i, i=1, size(asked))], [(asked(i) .and. has_angle(self%joints(i)) .and. &
+                                                      self%joints(i)%angle_drive == 0, i=1, size(asked))])
+      do i = 1, size(self%counting)
+         self%joints(self%counting(i))%counter = n_x + i
+      end do
+   end subroutine choose_counting
+
+   !> In the plane: what the angle of a joint is more than the difference of its bodies' angles.
+   subroutine set_offsets(self)
+      class(mechanism_t), intent(inout) :: self
+      type(pose_t) :: one, two
+      type(state_t) :: at
+      integer :: i
+
+      at = self%start_state()
+      do i = 1, size(self%joints)
+         associate (joint => self%joints(i))
+            if (.not. has_angle(joint)) cycle
+            call self%pose_of(at, joint%body_1, one)
+            call self%pose_of(at, joint%body_2, two)
+            joint%offset = drawn_angle(joint, one, two) - turned_by(self, joint, at%x)
+         end associate
+      end do
+   end subroutine set_offsets
 
    !> A drive is not to jump.
    subroutine check_drive(self, joint, error)

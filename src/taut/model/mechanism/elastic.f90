@@ -129,7 +129,7 @@ contains
             call spring_bodies(self, spring, body_1, body_2)
             call self%pose_of(at, body_1, one)
             call self%pose_of(at, body_2, two)
-            call spring_motion(self, spring, one, two, length, rate, direction)
+            call spring_motion(self, at, spring, one, two, length, rate, direction)
             strain(row) = length - spring%free + spring%damping/spring%stiffness*rate
             ! A tension pulls the first body along the direction, the second against it: the force is -B^T sigma.
             e_1 = 0.0_wp

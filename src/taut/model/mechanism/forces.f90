@@ -2,7 +2,7 @@
 submodule(taut_model_mechanism) taut_model_mechanism_forces
    use taut_model_beam_element, only: element_energy, internal_loads
    use taut_model_mechanism_body, only: point_motion, turned
-   use taut_model_mechanism_joint, only: joint_angle, joint_angle_rate
+   use taut_model_mechanism_joint, only: joint_angle_rate
    implicit none (type, external)
 
 contains
@@ -56,7 +56,7 @@ contains
             call spring_bodies(self, spring, body_1, body_2)
             call self%pose_of(at, body_1, one)
             call self%pose_of(at, body_2, two)
-            call spring_motion(self, spring, one, two, length, rate, direction)
+            call spring_motion(self, at, spring, one, two, length, rate, direction)
             energy = energy + spring%preload*(length - spring%free) + 0.5_wp*spring%stiffness*(length - spring%free)**2
          end associate
       end do
@@ -95,15 +95,12 @@ contains
 
    !> Length or angle of a spring, its rate, and the direction from point 1 to point 2 or of the axis.
    module procedure spring_motion
-      real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp)
       real(wp) :: v_1(3), v_2(3), x_1(3), x_2(3)
       integer :: i
 
       if (spring%joint > 0) then
          associate (joint => self%joints(spring%joint))
-            ! Within half a turn of the free angle.
-            length = joint_angle(joint, one, two)
-            length = length - turn*anint((length - spring%free)/turn)
+            length = self%angle_of(at, joint, one, two)
             rate = joint_angle_rate(joint, one, two)
             direction = turned(one%r, joint%frame_1(:, 3))
          end associate
@@ -144,7 +141,7 @@ contains
       call spring_bodies(self, spring, body_1, body_2)
       call self%pose_of(at, body_1, one)
       call self%pose_of(at, body_2, two)
-      call spring_motion(self, spring, one, two, length, rate, direction)
+      call spring_motion(self, at, spring, one, two, length, rate, direction)
       tension = spring%preload
       if (.not. (soft .and. spring%stiffness > 0.0_wp)) &
          tension = spring%preload + spring%stiffness*(length - spring%free) + spring%damping*rate

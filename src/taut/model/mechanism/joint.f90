@@ -11,7 +11,7 @@ module taut_model_mechanism_joint
    use taut_rotation, only: cross
    implicit none (type, external)
    private
-   public :: joint_t, joint_rows, joint_frames, joint_angle, joint_displacement, joint_angle_rate
+   public :: joint_t, joint_rows, joint_frames, joint_angle, joint_displacement, joint_angle_rate, drawn_angle, nearest_turn
    public :: has_angle, has_displacement
 
    !> A joint.
@@ -28,6 +28,12 @@ module taut_model_mechanism_joint
       real(wp) :: frame_1(3, 3) = 0.0_wp, frame_2(3, 3) = 0.0_wp
       !> Length of a distance, value of a coordinate, radius of a disc [m].
       real(wp) :: length = 0.0_wp
+      !> Its angle where it is drawn, with its whole turns, as it was stated [rad].
+      real(wp) :: start_angle = 0.0_wp
+      !> The coordinate of the state that counts its turns; 0: none.
+      integer :: counter = 0
+      !> In the plane, where angles of bodies count turns: its angle less the difference of theirs, about its axis [rad].
+      real(wp) :: offset = 0.0_wp
       !> Functions that drive its angle and its displacement (also: distance, coordinate); 0: none.
       integer :: angle_drive = 0, drive = 0
       !> Its rows: those with a position level, and those without.
@@ -91,6 +97,7 @@ contains
       e(:, 2) = cos(angle)*f(:, 2) - sin(angle)*f(:, 1)
       e(:, 3) = f(:, 3)
       joint%frame_2 = matmul(transpose(two%r), e)
+      joint%start_angle = angle
    end subroutine joint_frames
 
    !> A frame with a given third axis. An axis in the plane x-y has its first axis in that plane.
@@ -206,6 +213,33 @@ contains
       f = turned_back(one%r, g)
       angle = atan2(dot_product(f, joint%frame_1(:, 2)), dot_product(f, joint%frame_1(:, 1)))
    end function joint_angle
+
+   !> The angle where the joint is drawn, with the whole turns that were stated.
+   pure function drawn_angle(joint, one, two) result(angle)
+      !> The joint.
+      type(joint_t), intent(in) :: joint
+      !> Pose of body 1 at the start.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2 at the start.
+      type(pose_t), intent(in) :: two
+      !> The angle [rad].
+      real(wp) :: angle
+
+      angle = nearest_turn(joint_angle(joint, one, two), joint%start_angle)
+   end function drawn_angle
+
+   !> An angle, and as many whole turns as bring it nearest to another one.
+   pure function nearest_turn(angle, other) result(nearest)
+      !> The angle [rad].
+      real(wp), intent(in) :: angle
+      !> The other one [rad].
+      real(wp), intent(in) :: other
+      !> The angle with its turns [rad].
+      real(wp) :: nearest
+      real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp)
+
+      nearest = angle + turn*anint((other - angle)/turn)
+   end function nearest_turn
 
    !> Rate of this angle.
    pure function joint_angle_rate(joint, one, two) result(rate)

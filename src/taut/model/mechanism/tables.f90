@@ -1,17 +1,22 @@
 !> What is written of a mechanism: names, reactions, points, events.
 submodule(taut_model_mechanism) taut_model_mechanism_tables
    use taut_model_mechanism_body, only: body_planar
-   use taut_model_mechanism_joint, only: has_angle, has_displacement, joint_angle, joint_displacement
+   use taut_model_mechanism_joint, only: has_angle, has_displacement, joint_displacement
    implicit none (type, external)
 
 contains
 
-   !> Such as rod1.x, rod1.qa or, in the plane, rod1.angle.
+   !> Such as rod1.x, rod1.qa or, in the plane, rod1.angle; hinge.angle of a joint that counts its turns.
    module procedure x_name
       character(len=5), parameter :: in_space(7) = ['x    ', 'y    ', 'z    ', 'qa   ', 'qb   ', 'qc   ', 'qd   '], &
                                      in_plane(3) = ['x    ', 'y    ', 'angle']
       integer :: body, k
 
+      k = i - (self%n_x - size(self%counting))
+      if (k > 0) then
+         name = self%joints(self%counting(k))%name//'.angle'
+         return
+      end if
       call find_body(self, i, .true., body, k)
       name = self%bodies(body)%name//'.'//trim(in_space(k))
       if (self%bodies(body)%kind == body_planar) name = self%bodies(body)%name//'.'//trim(in_plane(k))
@@ -93,7 +98,7 @@ contains
             end if
             if (has_angle(joint)) then
                k = k + 1
-               values(k) = joint_angle(joint, one, two)
+               values(k) = self%angle_of(at, joint, one, two)
             end if
             if (has_displacement(joint)) then
                k = k + 1
@@ -151,8 +156,7 @@ contains
                call self%pose_of(at, joint%body_1, one)
                call self%pose_of(at, joint%body_2, two)
                if (event%angle) then
-                  ! Zero also half a turn away: a turn has no beginning.
-                  values(i) = sin(joint_angle(joint, one, two) - event%value)
+                  values(i) = self%angle_of(at, joint, one, two) - event%value
                else
                   values(i) = joint_displacement(joint, one, two) - event%value
                end if

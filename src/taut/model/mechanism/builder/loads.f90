@@ -1,6 +1,6 @@
 !> Functions, loads, springs and events of a mechanism that is being built.
 submodule(taut_model_mechanism_builder) taut_model_mechanism_builder_loads
-   use taut_model_mechanism_joint, only: has_angle, has_displacement, joint_angle
+   use taut_model_mechanism_joint, only: drawn_angle, has_angle, has_displacement
    implicit none (type, external)
 
 contains
@@ -112,7 +112,7 @@ contains
                return
             end if
             if (.not. present(free_angle)) &
-               made%free = joint_angle(about, self%start_pose(about%body_1), self%start_pose(about%body_2))
+               made%free = drawn_angle(about, self%start_pose(about%body_1), self%start_pose(about%body_2))
          end associate
          if (present(body_1) .or. present(body_2) .or. present(free_length)) &
             call raise(self%error, '', 'it is both about a joint and between bodies', 'give joint, or body_1 and body_2')
