@@ -12,9 +12,7 @@ def test_requeued_when_the_node_dies(slurm: Cluster) -> None:
     slurm.kill_node()
     wait(lambda: not slurm.processes())
     slurm.start_node()
-    wait(
-        lambda: slurm.command("squeue", "--noheader", "--name=dies", "--format=%T").split() == ["PENDING"]
-    )
+    wait(lambda: slurm.command("squeue", "--noheader", "--name=dies", "--format=%T").split() == ["PENDING"])
 
 
 def test_nothing_is_left() -> None:
