@@ -7,6 +7,7 @@
 !! - its correction at the end of a step, `project`, with what that will take off a local error, `filter_error`. By default
 !!   coordinates are normalized and nothing else;
 !! - the layout of its state, `size`, `pack` and `unpack`, with `accelerations` to read a derivative. By default y = {x; v; w};
+!! - what velocities do where a drive begins to move at once, `cross`. By default there is a blow;
 !! - what happens when a step is accepted, `accepted`: it may go on in other coordinates. By default nothing;
 !! - what it remembers from one step to the next, `serialize`;
 !! - the multipliers of its last evaluation, `multipliers`;
@@ -37,15 +38,19 @@ module taut_constrained_method
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
+   use taut_constrained_blow, only: blow_t
    use taut_constrained_mass, only: mass_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_system_tables, only: tabulated_system_t
-   use taut_ode_system, only: ode_system_t, rhs_ok
+   use taut_ode_system, only: inside_step, ode_system_t, rhs_ok
    implicit none (type, external)
    private
    public :: constrained_ode_t, sample_t
+
+   !> Differences of b' before and behind a breakpoint up to this part of it are those of the two times.
+   real(wp), parameter :: no_jump = 1.0e-10_wp
 
    !> What there is to know about a state.
    type :: sample_t
@@ -94,6 +99,10 @@ module taut_constrained_method
       type(step_end_t) :: step_end
       !> Whether `rhs` projects velocities, so that mu is that of the evaluation.
       logical :: finds_mu = .false.
+      !> Blows at breakpoints: how many, and the kinetic energy that they gave [J].
+      integer :: blows = 0
+      real(wp) :: energy_of_blows = 0.0_wp
+      type(blow_t), private :: blow
       real(wp), allocatable, private :: dydt(:), vdot(:)
    contains
       procedure, non_overridable :: init
@@ -105,6 +114,7 @@ module taut_constrained_method
       procedure :: accelerations
       procedure :: multipliers
       procedure :: project => normalize
+      procedure :: cross => strike
       procedure :: weigh_error
       procedure :: later_corrections
       procedure :: breakpoints
@@ -294,6 +304,38 @@ contains
       end associate
    end subroutine normalize
 
+   !> A drive that begins to move at once, or stops: velocities change by what b' changes, by a blow.
+   subroutine strike(self, t, before, y, info)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Time of the breakpoint [s].
+      real(wp), intent(in) :: t
+      !> The last time before it [s].
+      real(wp), intent(in) :: before
+      !> State, replaced: (size).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      logical :: stale
+
+      info = rhs_ok
+      if (self%model%c > 0 .and. self%model%enforced) then
+         call self%unpack(t, y, self%at)
+         call self%model%velocity_rhs(self%at, self%phidot)
+         self%at%t = before
+         call self%model%velocity_rhs(self%at, self%b_second)
+         call self%unpack(t, y, self%at)
+         if (any(abs(self%phidot - self%b_second) > no_jump*max(largest(self%phidot), largest(self%b_second)))) then
+            call self%blow%strike(self%model, self%options, self%at, info, rates_before=self%b_second)
+            if (info /= rhs_ok) return
+            self%blows = self%blows + 1
+            self%energy_of_blows = self%energy_of_blows + self%blow%energy
+            call self%pack(self%at, y)
+         end if
+      end if
+      call self%project(t, y, inside_step, stale, info)
+   end subroutine strike
+
    !> phi and phidot at the state as it is, with A in place.
    subroutine find_violations(self)
       !> The formulation.
@@ -345,7 +387,9 @@ contains
       !> One line.
       character(:), allocatable, intent(out) :: text
 
-      call self%mass%explain(text)
+      text = ''
+      if (allocated(self%blow%why)) text = self%blow%why
+      if (len(text) == 0) call self%mass%explain(text)
       if (len(text) == 0) call self%projector%explain(text)
    end subroutine failure
 
@@ -480,6 +524,8 @@ contains
       call archive%item('phidot before projection', self%step_end%phidot)
       call archive%item('mu before projection', self%step_end%mu)
       call archive%item('projection iterations', self%projector%iterations)
+      call archive%item('blows', self%blows)
+      call archive%item('energy of blows', self%energy_of_blows)
    end subroutine serialize
 
 end module taut_constrained_method

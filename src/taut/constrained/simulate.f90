@@ -80,7 +80,7 @@ contains
    end subroutine leave_out_counters
 
    !> Brings the initial state to the constraints and integrates.
-   subroutine run(self, at, t_end, error, observer, events, start, pause)
+   subroutine run(self, at, t_end, error, observer, events, start, pause, held)
       !> The simulation, initialized.
       class(simulation_t), intent(inout) :: self
       !> Initial state, its time included.
@@ -97,10 +97,12 @@ contains
       type(start_report_t), intent(out), optional :: start
       !> Asked before every step whether to pause.
       class(pause_t), intent(inout), optional :: pause
+      !> Velocities that start as given, and with them coordinates; the others are moved to meet the constraints: (n). Default: none.
+      logical, intent(in), optional :: held(:)
       type(start_report_t) :: report
 
       self%at = at
-      call consistent_start(self%ode%model, self%ode%options, self%at, report, error)
+      call consistent_start(self%ode%model, self%ode%options, self%at, report, error, held)
       if (present(start)) start = report
       if (allocated(error)) return
       call self%ode%pack(self%at, self%y)
@@ -143,7 +145,7 @@ contains
    !!
    !! An integration that ends early is no error here: see `result%status` and `result%error`; everything up to then
    !! has been seen by the observer.
-   subroutine simulate(model, at, t_end, result, error, method, options, observer, events, start, ode, look)
+   subroutine simulate(model, at, t_end, result, error, method, options, observer, events, start, ode, look, held)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
       !> Initial state, its time included; on return, the state at the time reached.
@@ -169,31 +171,34 @@ contains
       !> Whether to look first, at little cost, if the system's derivatives are right; what is certainly wrong is an error. Default
       !! true.
       logical, intent(in), optional :: look
+      !> Velocities that start as given, and with them coordinates; the others are moved to meet the constraints: (n). Default: none.
+      logical, intent(in), optional :: held(:)
       type(simulation_t) :: simulation
       logical :: looks
 
       call simulation%init(model, error, method, options)
       looks = .true.
       if (present(look)) looks = look
-      if (looks .and. .not. allocated(error)) call look_at_start(simulation, at, error)
+      if (looks .and. .not. allocated(error)) call look_at_start(simulation, at, error, held)
       if (allocated(error)) return
-      call simulation%run(at, t_end, error, observer, events, start)
+      call simulation%run(at, t_end, error, observer, events, start, held=held)
       at = simulation%at
       if (.not. allocated(error)) result = simulation%result
       if (present(ode)) call move_alloc(simulation%ode, ode)
    end subroutine simulate
 
    !> Looks at a system where it starts; a start that cannot be is for `run` to tell.
-   subroutine look_at_start(simulation, at, error)
+   subroutine look_at_start(simulation, at, error, held)
       type(simulation_t), intent(in) :: simulation
       type(state_t), intent(in) :: at
       type(error_t), allocatable, intent(inout) :: error
+      logical, intent(in), optional :: held(:)
       type(state_t) :: there
       type(start_report_t) :: report
       type(error_t), allocatable :: no_start
 
       there = at
-      call consistent_start(simulation%ode%model, simulation%ode%options, there, report, no_start)
+      call consistent_start(simulation%ode%model, simulation%ode%options, there, report, no_start, held)
       if (.not. allocated(no_start)) call first_look(simulation%ode%model, there, error)
    end subroutine look_at_start
 

@@ -3,6 +3,7 @@ module taut_constrained_start
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
+   use taut_constrained_blow, only: blow_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
@@ -27,11 +28,16 @@ module taut_constrained_start
       integer :: rank = 0
       !> Degrees of freedom: velocities less the rank.
       integer :: freedoms = 0
+      !> Kinetic energy that the velocities have gained by being corrected [J]; negative: lost.
+      real(wp) :: energy_gained = 0.0_wp
+      !> The impulses that did it, of least norm: (c) [force s/unit of A v].
+      real(wp), allocatable :: impulse(:)
    end type start_report_t
 
 contains
 
-   !> Brings an initial state to the constraints: x by Eq. (17), v by Eq. (11a); where they are not enforced it stays.
+   !> Brings an initial state to the constraints: x by Eq. (17) in the metric W, v by a blow, so in the metric M; where they are not
+   !! enforced it stays.
    subroutine consistent_start(model, method, at, report, error, held)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
@@ -45,6 +51,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       !> Velocities that keep what they were given, and with them coordinates: (n). Default: none.
       logical, intent(in), optional :: held(:)
+      type(blow_t) :: blow
       type(projector_t) :: projector
       type(method_t) :: patient
       real(wp), allocatable :: x(:), v(:)
@@ -78,6 +85,7 @@ contains
       call check_supplied(model, at, error)
       if (allocated(error)) return
       report%freedoms = model%n
+      allocate (report%impulse(model%c), source=0.0_wp)
       if (method%name == 'unconstrained') return
       allocate (x, source=at%x)
       allocate (v, source=at%v)
@@ -98,9 +106,18 @@ contains
       end if
       report%rank = projector%onto%rank
       report%freedoms = model%n - report%rank
-      call projector%velocity(model, at)
-      report%phidot_given = projector%phidot_raw
       call projector%velocity_violation(model, at)
+      report%phidot_given = projector%phidot_raw
+      if (report%phidot_given > 0.0_wp) then
+         call blow%strike(model, patient, at, info, held)
+         if (info /= rhs_ok) then
+            call raise(error, here, blow%why, 'correct the masses')
+            return
+         end if
+         report%energy_gained = blow%energy
+         report%impulse(:) = blow%impulse
+         call projector%velocity_violation(model, at)
+      end if
       if (projector%phidot_raw > 1.0e-8_wp*max(1.0_wp, report%phidot_given) .and. .not. method%accept_inconsistent) then
          call raise(error, here, 'the velocity constraints are inconsistent: a violation of '//to_text(projector%phidot_raw)// &
                     ' is left', 'correct the constraints or their rates')

@@ -105,11 +105,12 @@ contains
       real(wp), intent(in) :: stop_time
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
-      logical :: stale
+      real(wp) :: before
 
+      before = min(max(self%t, self%t_low), self%t_high)
       call self%set_bounds(stop_time)
       call self%apply_bounds(ode)
-      call ode%project(self%t, self%y, inside_step, stale, info)
+      call ode%cross(self%t, before, self%y, info)
    end subroutine cross
 
    !> History and length of the first step of a stretch without breakpoints.

@@ -28,7 +28,7 @@ module taut_ode_system
    !! that estimates the local error, before its norm is taken; `project` on a new state, before or
    !! behind the evaluation there (see `rhs_projects`), and on states interpolated inside a step, and `rhs` once more where the
    !! answer is `stale`; `accepted` when a step
-   !! holds and its output is done. An implicit one besides: `linearize` at a state, `factorize` for each shift that it needs
+   !! holds and its output is done; `cross` behind a breakpoint. An implicit one besides: `linearize` at a state, `factorize` for each shift that it needs
    !! and `solve` as often as it likes, until the next of them; `weigh_error` on an estimate from such solutions; or, of a system
    !! that has them, `stage_equations`, which hold the algebraic unknowns of a constrained system as well. Times given
    !! to `rhs` are kept within `t_low` and `t_high`, which the integrator sets at a breakpoint and `huge` where there is none.
@@ -53,6 +53,7 @@ module taut_ode_system
       procedure :: later_corrections => straight_back
       procedure :: filter_error => filter_nothing
       procedure :: accepted => nothing_to_switch
+      procedure :: cross => project_behind
       procedure :: linearize => no_linearization
       procedure :: factorize => no_factorization
       procedure :: solve => no_solution
@@ -275,6 +276,25 @@ contains
       associate (unused_system => self, unused_time => t, unused_state => y)
       end associate
    end subroutine nothing_to_switch
+
+   !> A breakpoint lies behind: what has begun there may ask for another state, as a blow does. The default projects.
+   subroutine project_behind(self, t, before, y, info)
+      !> The system, told of the times behind the breakpoint.
+      class(ode_system_t), intent(inout) :: self
+      !> Time of the breakpoint [s].
+      real(wp), intent(in) :: t
+      !> The last time at which the system was looked at on the other side [s].
+      real(wp), intent(in) :: before
+      !> State, replaced: (n).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      logical :: stale
+
+      call self%project(t, y, inside_step, stale, info)
+      associate (unused_time => before)
+      end associate
+   end subroutine project_behind
 
    !> Evaluates J = df/dy, or what stands for it in `factorize`. The default cannot.
    subroutine no_linearization(self, t, y, info)

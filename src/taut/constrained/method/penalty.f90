@@ -4,7 +4,7 @@ module taut_constrained_method_penalty
    use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_method_options, only: method_t
    use taut_error, only: error_t, raise, to_text
-   use taut_ode_system, only: rhs_ok
+   use taut_ode_system, only: inside_step, rhs_ok
    implicit none (type, external)
    private
    public :: penalty_t
@@ -14,6 +14,7 @@ module taut_constrained_method_penalty
    contains
       procedure :: check_options
       procedure :: rhs
+      procedure :: cross => no_blow
    end type penalty_t
 
 contains
@@ -67,5 +68,24 @@ contains
          if (model%n_w > 0) call model%w_rate(at, dydt(last_v + 1:))
       end associate
    end subroutine rhs
+
+   !> Springs and dampers take what begins to move at once.
+   subroutine no_blow(self, t, before, y, info)
+      !> The formulation.
+      class(penalty_t), intent(inout) :: self
+      !> Time of the breakpoint [s].
+      real(wp), intent(in) :: t
+      !> The last time before it [s].
+      real(wp), intent(in) :: before
+      !> State; coordinates are normalized: (size).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> `rhs_ok`.
+      integer, intent(out) :: info
+      logical :: stale
+
+      call self%project(t, y, inside_step, stale, info)
+      associate (unused_time => before)
+      end associate
+   end subroutine no_blow
 
 end module taut_constrained_method_penalty
