@@ -158,7 +158,7 @@ contains
       if (allocated(error)) then
          call blame(file, origins, model, given_start, start, error)
       else
-         call report_start(model, given_start, start, consistent%rank, report)
+         call report_start(model, given_start, start, consistent, report)
       end if
    end subroutine assemble_start
 

@@ -12,6 +12,7 @@ module taut_case_run
    use taut_case_process, only: caught_signal, say
    use taut_case_recorder, only: recorder_t
    use taut_case_settings, only: settings_t, method_entry_t
+   use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_model_events, only: model_events_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_simulate, only: simulation_t
@@ -307,7 +308,7 @@ contains
                to_text(result%steps)//','//to_text(result%rejected)//','//to_text(result%rhs_evaluations)//','// &
                to_text(simulation%ode%projector%iterations)//','//number(recorder%max_phi)//','//number(recorder%max_phidot)// &
                ','//number(recorder%max_phiddot)//','//number(recorder%energy_drift)//','//to_text(recorder%min_rank)//','// &
-               notes(model%note(), result)//','//number(progress%seconds)//','//blas_text()//line_end
+               notes(model%note(), simulation%ode, result)//','//number(progress%seconds)//','//blas_text()//line_end
          if (.not. options%quiet) then
             write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
                result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%energy_drift, progress%seconds
@@ -328,13 +329,18 @@ contains
    end subroutine run_method
 
    !> What is to be said of a system and of its run, in one field.
-   function notes(of_system, result) result(text)
+   function notes(of_system, ode, result) result(text)
       character(*), intent(in) :: of_system
+      class(constrained_ode_t), intent(in) :: ode
       type(integration_result_t), intent(in) :: result
       character(:), allocatable :: text
+      character(:), allocatable :: remark
       integer :: i
 
       text = of_system
+      call ode%remark(remark)
+      if (len(text) > 0 .and. len(remark) > 0) text = text//'; '
+      text = text//remark
       do i = 1, size(result%notes)
          if (len(text) > 0) text = text//'; '
          text = text//result%notes(i)%text()

@@ -119,6 +119,7 @@ module taut_constrained_method
       procedure :: later_corrections
       procedure :: breakpoints
       procedure :: failure
+      procedure :: remark
       procedure :: entry_name
       procedure :: sample
       procedure :: serialize
@@ -392,6 +393,20 @@ contains
       if (len(text) == 0) call self%mass%explain(text)
       if (len(text) == 0) call self%projector%explain(text)
    end subroutine failure
+
+   !> What is to be said of the motion so far that is no error: drives that begin or stop at once strike blows.
+   subroutine remark(self, text)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> One line without commas; empty if there is nothing.
+      character(:), allocatable, intent(out) :: text
+
+      text = ''
+      if (self%blows > 0) &
+         text = to_text(self%blows)//' '//trim(merge('blow ', 'blows', self%blows == 1))// &
+                ' of drives that begin or stop at once: '//trim(merge('gained', 'lost  ', self%energy_of_blows > 0.0_wp))//' '// &
+                to_text(abs(self%energy_of_blows))//' J'
+   end subroutine remark
 
    !> What an entry of the last derivative is: of an acceleration, the force if that is not a number already.
    subroutine entry_name(self, entry, text)

@@ -2,6 +2,7 @@
 module taut_model_mechanism_assembly
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
+   use taut_constrained_blow, only: blow_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: state_t
@@ -195,31 +196,40 @@ contains
       type(start_report_t), intent(out) :: report
       type(error_t), allocatable, intent(inout) :: error
       logical, intent(in), optional :: held(:)
+      real(wp) :: gained
 
+      gained = 0.0_wp
       if (present(held)) then
-         if (any(held)) call assemble_holding(model, held, at, error)
+         if (any(held)) call assemble_holding(model, method, held, at, gained, error)
          if (allocated(error)) return
       end if
       call consistent_start(model, method, at, report, error)
+      report%energy_gained = report%energy_gained + gained
       if (allocated(error)) error%what = 'the mechanism cannot be assembled ('//error%what//')'
    end subroutine bring
 
-   !> Brings positions and velocities to the constraints, moving only what is not held, mass-weighted.
-   subroutine assemble_holding(model, held, at, error)
+   !> Brings positions, mass-weighted, and velocities, by a blow, to the constraints, moving only what is not held.
+   subroutine assemble_holding(model, method, held, at, gained, error)
       !> The mechanism.
       type(mechanism_t), intent(in) :: model
+      !> Solver, and its cut-off.
+      type(method_t), intent(in) :: method
       !> Velocities that are kept: (n).
       logical, intent(in) :: held(:)
       !> The start; replaced.
       type(state_t), intent(inout) :: at
+      !> Kinetic energy that the velocities have gained [J].
+      real(wp), intent(out) :: gained
       !> It cannot be assembled so.
       type(error_t), allocatable, intent(inout) :: error
       integer, parameter :: most_iterations = 100
       type(block_diagonal_t) :: m
+      type(blow_t) :: blow
       real(wp), allocatable :: a(:, :), a_plus(:, :), b(:), d(:), full(:, :), phi(:), root(:), z(:, :)
       integer, allocatable :: free(:)
       integer :: i, info, iteration, rank
 
+      gained = 0.0_wp
       if (model%c == 0) return
       free = pack([(i, i=1, model%n)], .not. held)
       call m%init(model%mass_blocks)
@@ -243,8 +253,10 @@ contains
          call raise(error, here, 'it cannot be assembled with what is held', 'hold less, or start closer')
          return
       end if
+      call blow%strike(model, method, at, info, held)
+      gained = blow%energy
+      call model%jacobian(at, a)
       call model%velocity_rhs(at, b)
-      if (size(free) > 0) at%v(free) = at%v(free) + root*matmul(a_plus, b - matmul(a, at%v))
       if (maxval(abs(b - matmul(a, at%v))) > 1.0e-8_wp*max(1.0_wp, maxval(abs(at%v)))) &
          call raise(error, here, 'the velocities that are held do not fit the joints', &
                     'hold less (what is held keeps its velocity too), or start with velocities that fit')

@@ -3,6 +3,7 @@
 module taut_model_mechanism_report
    use taut_kinds, only: wp
    use taut_error, only: to_text
+   use taut_constrained_start, only: start_report_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: quantity_t
    use taut_linalg_lapack, only: dpstrf, dtrtrs
@@ -32,22 +33,23 @@ module taut_model_mechanism_report
 contains
 
    !> Describes the start, and leaves the numbers with the mechanism for its table.
-   subroutine report_start(model, given, assembled, rank, report)
+   subroutine report_start(model, given, assembled, start, report)
       !> The mechanism; its findings are set.
       type(mechanism_t), intent(inout) :: model
       !> The start as given.
       type(state_t), intent(in) :: given
       !> The start as assembled.
       type(state_t), intent(in) :: assembled
-      !> Rank of A.
-      integer, intent(in) :: rank
+      !> What the assembly found.
+      type(start_report_t), intent(in) :: start
       !> What was found.
       type(mechanism_report_t), intent(out) :: report
       type(pose_t) :: after, before
       character(:), allocatable :: line
       real(wp) :: moved, turned
-      integer :: i, redundant
+      integer :: i, rank, redundant
 
+      rank = start%rank
       call find_redundancy(model, assembled, rank, report)
       redundant = model%c - rank
       model%findings = [quantity_t ::]
@@ -98,7 +100,10 @@ contains
       if (moved > 1.0e-9_wp) then
          line = model%v_name(maxloc(abs(assembled%v - given%v), 1))
          report%text = report%text//'velocities corrected: '//line//' by '//to_text(moved)// &
-                       trim(merge(' rad/s', ' m/s  ', index(line, '.w', back=.true.) > 0))//', no other by more'//nl
+                       trim(merge(' rad/s', ' m/s  ', index(line, '.w', back=.true.) > 0))//', no other by more; '// &
+                       trim(merge('gained', 'lost  ', start%energy_gained > 0.0_wp))//' '//to_text(abs(start%energy_gained))// &
+                       ' J'//nl
+         call add('velocity_correction_energy', start%energy_gained, 'J')
       end if
       model%description = report%text
 
