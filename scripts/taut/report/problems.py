@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from taut.errors import TautError
 from taut.report.document import Chapter
 from taut.report.drawing import Spec
+from taut.report.formulation import chapter as formulation
 from taut.report.helicopter import chapter as helicopter_chapter
 from taut.report.helicopter import figures as helicopter
 from taut.report.pendulum import chapter as pendulum_chapter
@@ -33,6 +34,7 @@ class Problem:
 
 
 PROBLEMS = (
+    Problem("The formulation", (), formulation.build, formulation.CASES, any_will_do=True),
     Problem("Simple pendulum", pendulum.FIGURES, pendulum_chapter.build, pendulum_chapter.CASES),
     Problem("Swing", swing.FIGURES, swing_chapter.build, swing_chapter.CASES, any_will_do=True),
     Problem("Helicopter blade", helicopter.FIGURES, helicopter_chapter.build, helicopter_chapter.CASES),
