@@ -3,7 +3,7 @@ module test_case
    use testing, only: check, check_below, new_test, no_error, test_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
-   use taut_case_csv, only: csv_t, number_text
+   use taut_case_csv, only: csv_t
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_posix, only: make_folder, move_file, remove_file
    use taut_case_process, only: process_id
@@ -30,8 +30,7 @@ contains
               new_test('groups that are not known', unknown_groups), &
               new_test('a file of results appears when it is finished', csv_finish), &
               new_test('a file of results is discarded', csv_discard), &
-              new_test('a file of results that cannot be written', csv_fails), &
-              new_test('numbers keep all their digits', digits)]
+              new_test('a file of results that cannot be written', csv_fails)]
    end function collect_case
 
    !> Path of a scratch file that no other run uses.
@@ -380,20 +379,5 @@ contains
       call move_file(scratch('nothing'), path, done)
       call check(failure, .not. done, 'what is not there was moved')
    end subroutine csv_fails
-
-   subroutine digits(failure)
-      character(:), allocatable, intent(inout) :: failure
-      real(wp), parameter :: values(7) = [1.0_wp/3.0_wp, -1.0e-300_wp, huge(1.0_wp), tiny(1.0_wp), 0.0_wp, &
-                                          epsilon(1.0_wp), -9.81_wp]
-      real(wp) :: back
-      character(len=24) :: text
-      integer :: i
-
-      do i = 1, size(values)
-         text = number_text(values(i))
-         read (text, *) back
-         call check_below(failure, back - values(i), 0.0_wp, 'written and read again: '//text)
-      end do
-   end subroutine digits
 
 end module test_case

@@ -41,6 +41,7 @@ program tester
    use test_beam_element, only: collect_beam_element
    use test_beam_section, only: collect_beam_section
    use test_nodes, only: collect_nodes
+   use test_number, only: collect_number
    use test_entries, only: collect_entries
    use test_equilibrium, only: collect_equilibrium
    use test_modes, only: collect_modes
@@ -79,6 +80,7 @@ program tester
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('faults', collect_faults(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
+   call run_suite('numbers as text', collect_number(), trim(only), outcome)
    call run_suite('entries', collect_entries(), trim(only), outcome)
    call run_suite('settings', collect_settings(), trim(only), outcome)
    call run_suite('rotation', collect_rotation(), trim(only), outcome)

@@ -2,7 +2,8 @@
 module taut_case_beam_modes
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_case_csv, only: csv_t, number_text
+   use taut_case_csv, only: csv_t
+   use taut_case_number, only: number_text
    use taut_case_entries, only: entries_t
    use taut_case_group, only: check_groups, declare_group, declared_t, first_group, group_data_t, read_group
    use taut_case_namelist_file, only: namelist_file_t
@@ -240,13 +241,13 @@ contains
          call describe(problem%beam, shape, motion, symmetry)
          write (line, '(i6, f14.4, 4a)') i, problem%modes%frequency(i), '  ', symmetry, ' ', motion
          if (.not. quiet) call say(trim(line))
-         call frequencies%put(to_text(i)//','//number(problem%modes%frequency(i))//','//motion//','//symmetry, error)
+         call frequencies%put(to_text(i)//','//trim(number_text(problem%modes%frequency(i)))//','//motion//','//symmetry, error)
          shape = shape/reference_entry(shape, problem%beam%x_reference(7*problem%beam%nodes - 6))
          do j = 1, problem%beam%nodes
             if (allocated(error)) exit
-            row = to_text(i)//','//to_text(j)//','//number(problem%beam%x_reference(7*j - 6))
+            row = to_text(i)//','//to_text(j)//','//trim(number_text(problem%beam%x_reference(7*j - 6)))
             do k = 1, 6
-               row = row//','//number(shape(k, j))
+               row = row//','//trim(number_text(shape(k, j)))
             end do
             call shapes%put(row, error)
          end do
@@ -303,13 +304,5 @@ contains
       if (mirrored > 0.5_wp*sum(part)) symmetry = 'symmetric'
       if (mirrored < -0.5_wp*sum(part)) symmetry = 'antisymmetric'
    end subroutine describe
-
-   !> A number without blanks.
-   function number(value) result(text)
-      real(wp), intent(in) :: value
-      character(:), allocatable :: text
-
-      text = trim(adjustl(number_text(value)))
-   end function number
 
 end module taut_case_beam_modes

@@ -2,8 +2,8 @@
 !! results would depend on where they were had. The apps run with one thread and say which BLAS it was; a program of one's own
 !! decides for itself.
 module taut_case_blas
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_null_char, &
-                                          c_null_ptr, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_ptr, c_size_t
+   use taut_case_process, only: procedure_named
    implicit none (type, external)
    private
    public :: use_one_thread, blas_text
@@ -27,14 +27,6 @@ module taut_case_blas
    end interface
 
    interface
-      function c_dlsym(library, name) bind(c, name='dlsym') result(procedure)
-         import :: c_char, c_funptr, c_ptr
-         implicit none (type, external)
-         type(c_ptr), value :: library
-         character(kind=c_char), intent(in) :: name(*)
-         type(c_funptr) :: procedure
-      end function c_dlsym
-
       function c_strlen(text) bind(c, name='strlen') result(length)
          import :: c_ptr, c_size_t
          implicit none (type, external)
@@ -57,7 +49,7 @@ contains
       integer :: i
 
       do i = 1, size(setters)
-         found = c_dlsym(c_null_ptr, trim(setters(i))//c_null_char)
+         found = procedure_named(trim(setters(i)))
          if (.not. c_associated(found)) cycle
          call c_f_procpointer(found, set)
          call set(1_c_int)
@@ -70,14 +62,14 @@ contains
       character(:), allocatable :: text
       character(:), allocatable :: config
 
-      if (c_associated(c_dlsym(c_null_ptr, 'openblas_get_corename'//c_null_char))) then
+      if (c_associated(procedure_named('openblas_get_corename'))) then
          config = said('openblas_get_config')//' '
          ! Such as `OpenBLAS 0.3.21 NO_LAPACKE DYNAMIC_ARCH ...`.
          config = config(:index(config(index(config, ' ') + 1:), ' ') + index(config, ' '))
          text = trim(config)//' '//said('openblas_get_corename')
-      else if (c_associated(c_dlsym(c_null_ptr, 'MKL_Set_Num_Threads'//c_null_char))) then
+      else if (c_associated(procedure_named('MKL_Set_Num_Threads'))) then
          text = 'MKL'
-      else if (c_associated(c_dlsym(c_null_ptr, 'bli_thread_set_num_threads'//c_null_char))) then
+      else if (c_associated(procedure_named('bli_thread_set_num_threads'))) then
          text = 'BLIS '//said('bli_info_get_version_str')
       else
          text = 'BLAS'
@@ -96,7 +88,7 @@ contains
       integer :: i, length
 
       text = ''
-      found = c_dlsym(c_null_ptr, name//c_null_char)
+      found = procedure_named(name)
       if (.not. c_associated(found)) return
       call c_f_procpointer(found, tell)
       place = tell()

@@ -2,14 +2,13 @@
 module taut_case_csv
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use taut_archive, only: archive_t
-   use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_case_checksum, only: checksum_of_file
    use taut_case_posix, only: move_file, output_file_t, remove_file
    use taut_case_process, only: process_id
    implicit none (type, external)
    private
-   public :: csv_t, csv_field, number_text
+   public :: csv_t, csv_field
 
    !> A file that is being written.
    type :: csv_t
@@ -230,15 +229,5 @@ contains
       end do
       field = field//'"'
    end function csv_field
-
-   !> A number in full precision.
-   function number_text(value) result(text)
-      !> The number.
-      real(wp), intent(in) :: value
-      !> Seventeen significant digits, right-adjusted.
-      character(len=24) :: text
-
-      write (text, '(es24.16e3)') value
-   end function number_text
 
 end module taut_case_csv

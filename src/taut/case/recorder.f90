@@ -3,8 +3,9 @@ module taut_case_recorder
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_case_csv, only: csv_t, number_text
+   use taut_case_csv, only: csv_t
    use taut_case_progress, only: progress_t
+   use taut_case_row, only: row_t
    use taut_constrained_method, only: constrained_ode_t, sample_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
@@ -32,8 +33,8 @@ module taut_case_recorder
       type(sample_t), private :: sample
       !> Which columns are written: (columns).
       logical, allocatable, private :: wanted(:)
-      character(:), allocatable, private :: line
-      integer, private :: used = 0, column = 0
+      type(row_t), private :: row
+      integer, private :: column = 0
    contains
       procedure :: create
       procedure :: prepare
@@ -65,16 +66,10 @@ contains
       if (allocated(error)) return
       call self%csv%create(path, error)
       if (allocated(error)) return
-      self%used = 0
-      self%column = 0
       do i = 1, size(self%wanted)
-         if (self%wanted(i)) then
-            call add_text(self, column_name(model, i))
-         else
-            self%column = self%column + 1
-         end if
+         if (self%wanted(i)) call self%row%add(column_name(model, i))
       end do
-      call self%csv%put(self%line(1:self%used - 1), error)
+      call self%csv%put(self%row%letters(:self%row%used), error)
    end subroutine create
 
    !> Gets ready without a file, for `serialize` to restore one.
@@ -99,7 +94,7 @@ contains
       self%t_end = t_end
       allocate (self%wanted(9 + model%n_x + model%n + model%n_w + 2*model%c + model%n_outputs), &
                 source=all(columns == ''))
-      allocate (character(len=4096) :: self%line)
+      call self%row%create()
       self%wanted(1) = .true.
       ! The angle that a counter belongs to is among the outputs.
       call leave_out_counters(self, model)
@@ -272,7 +267,7 @@ contains
          return
       end select
 
-      self%used = 0
+      call self%row%clear()
       self%column = 0
       call add(self, t)
       call add(self, h)
@@ -292,11 +287,12 @@ contains
          do i = 1, size(s%lambda)
             call add(self, s%lambda(i))
          end do
-         call add_text(self, to_text(s%rank))
+         self%column = self%column + 1
+         if (self%wanted(self%column)) call self%row%add(s%rank)
          do i = 1, size(s%outputs)
             call add(self, s%outputs(i))
          end do
-         call self%csv%put(self%line(1:self%used - 1), error)
+         call self%csv%put(self%row%letters(:self%row%used), error)
          if (self%points == 0) self%first_energy = s%energy
          self%points = self%points + 1
          self%energy_drift = s%energy - self%first_energy
@@ -308,37 +304,13 @@ contains
       call self%progress%update(abs(t - self%t_start)/max(abs(self%t_end - self%t_start), tiny(1.0_wp)))
    end subroutine observe
 
-   !> Appends a number and a comma to the line, without leading blanks, if its column is written.
+   !> Appends a number to the row if its column is written.
    subroutine add(self, value)
       type(recorder_t), intent(inout) :: self
       real(wp), intent(in) :: value
-      character(len=24) :: text
-      integer :: first
-
-      if (.not. self%wanted(self%column + 1)) then
-         self%column = self%column + 1
-         return
-      end if
-      text = number_text(value)
-      first = verify(text, ' ')
-      call add_text(self, text(first:))
-   end subroutine add
-
-   !> Appends a text and a comma to the line, if its column is written.
-   subroutine add_text(self, text)
-      type(recorder_t), intent(inout) :: self
-      character(*), intent(in) :: text
-      character(:), allocatable :: longer
 
       self%column = self%column + 1
-      if (.not. self%wanted(self%column)) return
-      if (self%used + len(text) + 1 > len(self%line)) then
-         allocate (character(len=2*(self%used + len(text) + 1)) :: longer)
-         longer(1:self%used) = self%line(1:self%used)
-         call move_alloc(longer, self%line)
-      end if
-      self%line(self%used + 1:self%used + len(text) + 1) = text//','
-      self%used = self%used + len(text) + 1
-   end subroutine add_text
+      if (self%wanted(self%column)) call self%row%add(value)
+   end subroutine add
 
 end module taut_case_recorder

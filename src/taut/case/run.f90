@@ -6,11 +6,13 @@ module taut_case_run
    use taut_error, only: error_t, raise, to_text
    use taut_case_blas, only: blas_text
    use taut_case_checkpoint, only: checkpoint_file, store_origin, watch_t, write_checkpoint
-   use taut_case_csv, only: csv_field, csv_t, number_text
+   use taut_case_csv, only: csv_field, csv_t
+   use taut_case_number, only: number_text
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_posix, only: remove_file, remove_remainders
    use taut_case_process, only: caught_signal, say
    use taut_case_recorder, only: recorder_t
+   use taut_case_row, only: row_t
    use taut_case_settings, only: settings_t, method_entry_t
    use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_model_events, only: model_events_t
@@ -192,7 +194,7 @@ contains
       if (size(list) == 0) return
       rows = ''
       do i = 1, size(list)
-         rows = rows//list(i)%name//','//number(list(i)%value)//','//list(i)%unit//line_end
+         rows = rows//list(i)%name//','//trim(number_text(list(i)%value))//','//list(i)%unit//line_end
       end do
       call write_table(path, 'name,value,unit', rows, error)
    end subroutine write_quantities
@@ -231,6 +233,7 @@ contains
       character(:), allocatable, intent(inout) :: row, event_rows
       type(error_t), allocatable, intent(inout) :: error
       type(recorder_t) :: recorder
+      type(row_t) :: fields
       type(model_events_t), allocatable :: watched
       type(simulation_t) :: simulation
       type(watch_t) :: watch
@@ -300,15 +303,28 @@ contains
          if (allocated(result%events)) then
             do i = 1, size(result%events)
                event_rows = event_rows//chosen%label//','//model%event_name(result%events(i)%index)//','// &
-                            number(result%events(i)%t)//line_end
+                            trim(number_text(result%events(i)%t))//line_end
             end do
          end if
          if (recorder%points == 0) recorder%min_rank = 0
-         row = csv_field(file%name)//','//chosen%label//','//status_name(result%status)//','//number(result%t)//','// &
-               to_text(result%steps)//','//to_text(result%rejected)//','//to_text(result%rhs_evaluations)//','// &
-               to_text(simulation%ode%projector%iterations)//','//number(recorder%max_phi)//','//number(recorder%max_phidot)// &
-               ','//number(recorder%max_phiddot)//','//number(recorder%energy_drift)//','//to_text(recorder%min_rank)//','// &
-               notes(model%note(), simulation%ode, result)//','//number(progress%seconds)//','//blas_text()//line_end
+         call fields%create()
+         call fields%add(csv_field(file%name))
+         call fields%add(chosen%label)
+         call fields%add(status_name(result%status))
+         call fields%add(result%t)
+         call fields%add(result%steps)
+         call fields%add(result%rejected)
+         call fields%add(result%rhs_evaluations)
+         call fields%add(simulation%ode%projector%iterations)
+         call fields%add(recorder%max_phi)
+         call fields%add(recorder%max_phidot)
+         call fields%add(recorder%max_phiddot)
+         call fields%add(recorder%energy_drift)
+         call fields%add(recorder%min_rank)
+         call fields%add(notes(model%note(), simulation%ode, result))
+         call fields%add(progress%seconds)
+         call fields%add(blas_text())
+         row = fields%letters(:fields%used)//line_end
          if (.not. options%quiet) then
             write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
                result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%energy_drift, progress%seconds
@@ -390,13 +406,5 @@ contains
       call write_checkpoint(options%folder//'/'//checkpoint_file, checkpoint, error)
       if (.not. allocated(error)) recorder%csv%in_checkpoint = .true.
    end subroutine save
-
-   !> A number without blanks.
-   function number(value) result(text)
-      real(wp), intent(in) :: value
-      character(:), allocatable :: text
-
-      text = trim(adjustl(number_text(value)))
-   end function number
 
 end module taut_case_run

@@ -22,7 +22,8 @@ module taut_case_mechanism_geometry
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_case_checksum, only: add_to_checksum
-   use taut_case_csv, only: csv_t, number_text
+   use taut_case_csv, only: csv_t
+   use taut_case_number, only: number_text
    use taut_case_namelist_file, only: namelist_file_t
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: body_planar, body_planar_point, body_point, body_t
@@ -186,7 +187,7 @@ contains
       character(:), allocatable :: text
 
       text = ','
-      if (present(value)) text = ','//trim(adjustl(number_text(value)))
+      if (present(value)) text = ','//trim(number_text(value))
    end function number
 
    !> Against gravity; y in the plane, and z without gravity.

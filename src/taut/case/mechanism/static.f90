@@ -4,7 +4,8 @@ module taut_case_mechanism_static
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_case_command_line, only: command_line_t, read_command_line
-   use taut_case_csv, only: csv_t, number_text
+   use taut_case_csv, only: csv_t
+   use taut_case_number, only: number_text
    use taut_case_mechanism_geometry, only: write_geometry
    use taut_case_mechanism, only: read_mechanism
    use taut_case_mechanism_analysis, only: analysis_t, read_analysis
@@ -130,11 +131,11 @@ contains
       call table%create(out//'/'//file%name//'/equilibrium.csv', error)
       if (.not. allocated(error)) call table%put('name,value', error)
       do i = 1, case%model%n_x - case%model%n_counters
-         if (.not. allocated(error)) call table%put(case%model%x_name(i)//','//number(case%at%x(i)), error)
+         if (.not. allocated(error)) call table%put(case%model%x_name(i)//','//trim(number_text(case%at%x(i))), error)
       end do
       call case%model%outputs(case%at, case%found%lambda, outputs)
       do i = 1, size(outputs)
-         if (.not. allocated(error)) call table%put(case%model%output_name(i)//','//number(outputs(i)), error)
+         if (.not. allocated(error)) call table%put(case%model%output_name(i)//','//trim(number_text(outputs(i))), error)
       end do
       shown = 0
       if (case%analysis%kind == 'modes') then
@@ -146,9 +147,9 @@ contains
          end do
          if (.not. allocated(error)) call modes%put(row, error)
          do j = 1, shown
-            row = to_text(j)//','//number(case%modes%frequency(j))//','//number(case%modes%growth(j))
+            row = to_text(j)//','//trim(number_text(case%modes%frequency(j)))//','//trim(number_text(case%modes%growth(j)))
             do i = 1, case%model%n
-               row = row//','//number(case%modes%shapes(i, j))
+               row = row//','//trim(number_text(case%modes%shapes(i, j)))
             end do
             if (.not. allocated(error)) call modes%put(row, error)
          end do
@@ -172,13 +173,5 @@ contains
          if (case%modes%growth(j) > 0.0_wp) call say(trim(line))
       end do
    end subroutine write_static
-
-   !> A number without blanks.
-   function number(value) result(text)
-      real(wp), intent(in) :: value
-      character(:), allocatable :: text
-
-      text = trim(adjustl(number_text(value)))
-   end function number
 
 end module taut_case_mechanism_static
