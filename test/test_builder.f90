@@ -3,6 +3,7 @@ module test_builder
    use taut, only: block_diagonal_t, error_t, integration_options_t, integration_result_t, mechanism_builder_t, mechanism_t, &
                    simulate, state_t, status_reached_end, wp
    use taut_name_index, only: name_index_t
+   use taut_rotation, only: rotate
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -19,6 +20,7 @@ contains
       tests = [new_test('names are found again', names_found), &
                new_test('a double pendulum keeps its energy and its joints', double_pendulum), &
                new_test('a spring, a load and an event', spring_and_load), &
+               new_test('shapes lie along their ends', shapes_by_ends), &
                new_test('elastic rows are the stiff part of the force', elastic_rows), &
                new_test('what is wrong first is told', faults)]
    end function collect_builder
@@ -159,6 +161,81 @@ contains
          call check_close(failure, (g_near(1) - g(1))/step, b(k), 1.0e-5_wp, 'derivative')
       end do
    end subroutine elastic_rows
+
+   !> Moments of inertia along and across a line from end to end that is askew, and in the plane; a size that belongs to another axis.
+   subroutine shapes_by_ends(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(mechanism_builder_t) :: builder
+      type(mechanism_t) :: mechanism
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      real(wp), parameter :: from(3) = [0.3_wp, -0.2_wp, 0.1_wp], along(3) = [1.0_wp, 2.0_wp, -2.0_wp]/3.0_wp, l = 3.0_wp, &
+                             r = 0.25_wp, m = 1.2_wp
+      character(len=8), parameter :: shapes(4) = [character(len=8) :: 'rod', 'box', 'sphere', 'cylinder']
+      real(wp), parameter :: by_axis(4) = m*[0.5_wp**2/6.0_wp, 0.5_wp**2/6.0_wp, 0.1_wp*l*l, 0.5_wp*r*r], &
+                             across(4) = m*[(l*l + 0.5_wp**2)/12.0_wp, (l*l + 0.5_wp**2)/12.0_wp, 0.1_wp*l*l, &
+                                            (l*l + 3.0_wp*r*r)/12.0_wp]
+      integer :: i, k
+
+      do k = 1, 2
+         call start(k == 2)
+         call builder%add_body('rod', mass=m, shape='rod', thickness=0.5_wp, from=from_of(k), to=to_of(k))
+         call builder%add_body('box', mass=m, shape='box', size=[l, 0.5_wp, 0.5_wp], from=from_of(k), to=to_of(k))
+         call builder%add_body('sphere', mass=m, shape='sphere', from=from_of(k), to=to_of(k))
+         call builder%add_body('cylinder', mass=m, shape='cylinder', radius=r, from=from_of(k), to=to_of(k))
+         call builder%complete(mechanism, at, error)
+         call no_error(failure, error)
+         if (allocated(failure)) return
+         do i = 1, 4
+            associate (body => mechanism%bodies(i))
+               call check_close(failure, body%j(3, 3), across(i), 1.0e-14_wp, shapes(i)//' across')
+               if (k == 1) call check_close(failure, body%j(1, 1), by_axis(i), 1.0e-14_wp, shapes(i)//' along')
+               if (k == 1) call check_close(failure, norm2(rotate(body%orientation, [1.0_wp, 0.0_wp, 0.0_wp]) - along), 0.0_wp, &
+                                            1.0e-14_wp, shapes(i))
+            end associate
+         end do
+      end do
+
+      call start(.false.)
+      call builder%add_body('can', mass=m, shape='cylinder', radius=r, length=l)
+      call builder%complete(mechanism, at, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call check_close(failure, mechanism%bodies(1)%j(3, 3), by_axis(4), 1.0e-14_wp, 'without ends along axis 3')
+      call builder%add_body('b', mass=m, shape='box', size=[0.5_wp, 0.5_wp, l], from=from_of(1), to=to_of(1))
+      call builder%complete(mechanism, at, error)
+      call check(failure, allocated(error), 'a box across its ends')
+      if (allocated(failure)) return
+      call check(failure, index(error%line(), 'body "b": its size along from, to is 0.5000 m, but they are 3.0000 m') == 1, &
+                 error%line())
+
+   contains
+
+      subroutine start(planar)
+         logical, intent(in) :: planar
+         type(mechanism_builder_t) :: empty
+
+         builder = empty
+         builder%planar = planar
+      end subroutine start
+
+      function from_of(case) result(point)
+         integer, intent(in) :: case
+         real(wp) :: point(3)
+
+         point = from
+         if (case == 2) point(3) = 0.0_wp
+      end function from_of
+
+      function to_of(case) result(point)
+         integer, intent(in) :: case
+         real(wp) :: point(3)
+
+         point = from + l*along
+         if (case == 2) point = [from(1) + 0.6_wp*l, from(2) - 0.8_wp*l, 0.0_wp]
+      end function to_of
+
+   end subroutine shapes_by_ends
 
    subroutine faults(failure)
       character(:), allocatable, intent(inout) :: failure

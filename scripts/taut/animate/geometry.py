@@ -19,7 +19,7 @@ class Body:
     name: str
     # rod, box, sphere, cylinder, point, node (of a beam) or inertia (of which only that is known).
     shape: str
-    # Sides along body axes [m]; of a sphere and a cylinder the diameters.
+    # Sides along body axes [m]; of a cylinder two diameters and its length.
     size: Array = field(default_factory=lambda: np.zeros(3))
     # Along which a rod or a cylinder lies.
     axis: Array = field(default_factory=lambda: np.eye(3)[2])

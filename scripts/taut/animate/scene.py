@@ -212,7 +212,8 @@ def ends_of(body: Body) -> Array:
         points += [side * body.size[0] / 2 * body.axis for side in (-1, 1)]
     elif body.shape in ("box", "cylinder", "sphere") or is_free(body):
         signs = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
-        points += list(signs * body.size)
+        corners = signs * body.size
+        points += list(corners @ solids.along(body.axis).T if body.shape == "cylinder" else corners)
     return np.array(points)
 
 

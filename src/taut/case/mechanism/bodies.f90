@@ -66,13 +66,14 @@ contains
                           'yy, zz, xy, xz, yz; in the plane that about z alone', [1, 3, 6])
       call entries%option('shape', self%shape, 'in the place of inertia, of uniform density: "rod" (length or from, to; '// &
                           'thickness), "box" (size), "sphere" (radius), "cylinder" (radius; length)')
-      call entries%option('length', self%length, 'm', 'of a rod along body axis 1, without: from end to end; of a cylinder '// &
-                          'along body axis 3')
+      call entries%option('length', self%length, 'm', 'of a rod along body axis 1; of a cylinder along body axis 3, or 1 if it '// &
+                          'is given by its ends; without: from end to end')
       call entries%option('thickness', self%thickness, 'm', 'of a rod''s square section; without: length/1000, in the plane 0')
       call entries%option('size', self%size, 'm', 'three sides of a box along its axes', [3])
-      call entries%option('radius', self%radius, 'm', 'of a sphere or a cylinder')
+      call entries%option('radius', self%radius, 'm', 'of a sphere, without: half from end to end; of a cylinder')
       call self%position%declare(entries, 'position', 'center of mass; without: the origin')
-      call self%from%declare(entries, 'from', 'one end: body axis 1 goes from here, the center of mass is half-way')
+      call self%from%declare(entries, 'from', 'one end: body axis 1 goes from here, the shape lies along it, the '// &
+                             'center of mass is half-way')
       call self%to%declare(entries, 'to', 'the other end; from and to are in the place of position and orientation')
       call entries%option('angle', self%angle, 'rad', 'orientation: angle about z')
       call declare_vector(entries, 'orientation', self%orientation, 'rad', 'orientation: rotation vector')

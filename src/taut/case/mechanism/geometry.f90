@@ -6,8 +6,8 @@
 !! * `analysis`: what the results are, `dynamics`, `equilibrium` or `modes`;
 !! * `mechanism`: the type is `planar` or `spatial`, axis 1 is up, against gravity;
 !! * `body`: the type is its shape (`rod`, `box`, `sphere`, `cylinder`), `point`, `node` (of a beam) or `inertia` (of which only
-!!   that is known); its sides, those of a box of its inertia if it has no shape; axis 1 is the one along which a rod or a
-!!   cylinder lies;
+!!   that is known); its sides, those of a box of its inertia if it has no shape, of a cylinder two diameters and its length;
+!!   axis 1 is the one along which a rod or a cylinder lies;
 !! * `point`: a point of body 1 that is written out;
 !! * `joint`: its type, points and axes; `side` is across the axis (the direction in which a knife edge points), the length that
 !!   of a distance, or the radius of a disc;
@@ -98,7 +98,7 @@ contains
       subroutine put_body(body, is_node)
          type(body_t), intent(in) :: body
          logical, intent(in) :: is_node
-         real(wp), parameter :: along_1(3) = [1.0_wp, 0.0_wp, 0.0_wp], along_3(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+         real(wp) :: along(3)
 
          if (is_node) then
             call put('body', body%name, 'node')
@@ -106,10 +106,10 @@ contains
             call put('body', body%name, 'point')
          else
             select case (body%shape)
-            case ('rod')
-               call put('body', body%name, 'rod', axis_1=along_1, size=body%size)
-            case ('cylinder')
-               call put('body', body%name, 'cylinder', axis_1=along_3, size=body%size)
+            case ('rod', 'cylinder')
+               along = 0.0_wp
+               along(body%axis) = 1.0_wp
+               call put('body', body%name, trim(body%shape), axis_1=along, size=body%size)
             case ('')
                call put('body', body%name, 'inertia', size=sides_of_inertia(body))
             case default

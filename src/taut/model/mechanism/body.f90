@@ -38,9 +38,11 @@ module taut_model_mechanism_body
       !> At the start: center of mass [m], unit quaternion, velocity [m/s], angular velocity in body axes [rad/s].
       real(wp) :: position(3) = 0.0_wp, orientation(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       real(wp) :: velocity(3) = 0.0_wp, spin(3) = 0.0_wp
-      !> What it looks like, for pictures: `rod`, `box`, `sphere`, `cylinder`, or nothing; its sides along body axes [m].
+      !> What it looks like, for pictures: `rod`, `box`, `sphere`, `cylinder`, or nothing; its sides along body axes, of a cylinder
+      !! two diameters and its length [m]; the body axis along which a rod or a cylinder lies.
       character(len=8) :: shape = ''
       real(wp) :: size(3) = 0.0_wp
+      integer :: axis = 1
    contains
       procedure :: check
       procedure :: start

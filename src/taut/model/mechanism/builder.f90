@@ -106,17 +106,18 @@ module taut_model_mechanism_builder
          real(wp), intent(in), optional :: inertia(:)
          !> `rod`, `box`, `sphere` or `cylinder`, of uniform density.
          character(*), intent(in), optional :: shape
-         !> Length of a rod (default: from end to end) or of a cylinder [m].
+         !> Length of a rod or of a cylinder; default from end to end [m].
          real(wp), intent(in), optional :: length
          !> Thickness of a rod; default 1/1000 of its length, in the plane 0 [m].
          real(wp), intent(in), optional :: thickness
          !> Sides of a box along its axes [m].
          real(wp), intent(in), optional :: size(3)
-         !> Radius of a sphere or a cylinder [m].
+         !> Radius of a sphere (default: half from end to end) or a cylinder [m].
          real(wp), intent(in), optional :: radius
          !> Center of mass; default the origin [m].
          real(wp), intent(in), optional :: position(3)
-         !> One end: its axis 1 goes from here, its center of mass is half-way [m].
+         !> One end: its axis 1 goes from here, its center of mass is half-way, and its shape lies along it; without ends, a
+         !! cylinder lies along axis 3 [m].
          real(wp), intent(in), optional :: from(3)
          !> The other end [m].
          real(wp), intent(in), optional :: to(3)

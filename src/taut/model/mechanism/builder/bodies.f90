@@ -65,7 +65,7 @@ contains
 
       !> Moments of inertia, given or of a shape.
       subroutine set_inertia()
-         real(wp) :: as_box(3), l, r
+         real(wp) :: as_box(3), along, l, r
          integer :: k
 
          if (.not. present(shape)) then
@@ -88,7 +88,8 @@ contains
          end if
          made%shape = shape
          l = between
-         r = 0.0_wp
+         r = 0.5_wp*between
+         made%axis = 1
          as_box = 0.0_wp
          if (present(length)) l = length
          if (present(radius)) r = radius
@@ -99,23 +100,35 @@ contains
             if (present(thickness)) as_box = thickness
             as_box(1) = l
             made%size = as_box
+            along = l
          case ('box')
             if (present(size)) as_box = size
             do k = 1, 3
                call positive('size', as_box(k))
             end do
             made%size = as_box
+            along = as_box(1)
          case ('sphere')
             call positive('radius', r)
             as_box = sqrt(2.4_wp)*r
             made%size = 2.0_wp*r
+            along = 2.0_wp*r
          case ('cylinder')
+            if (.not. present(radius)) r = 0.0_wp
             call positive('radius', r)
-            as_box = [sqrt(3.0_wp)*r, sqrt(3.0_wp)*r, l]
+            if (.not. between > 0.0_wp) made%axis = 3
+            as_box = sqrt(3.0_wp)*r
+            as_box(made%axis) = l
             made%size = [2.0_wp*r, 2.0_wp*r, l]
+            along = l
          case default
             call raise(self%error, '', 'there is no shape "'//trim(shape)//'"', 'use "rod", "box", "sphere" or "cylinder"')
+            return
          end select
+         ! Ends may be rounded, or be those of what carries joints; a size that is far from them is that of another axis.
+         if (between > 0.0_wp .and. (along < 0.5_wp*between .or. along > 2.0_wp*between)) &
+            call raise(self%error, '', 'its size along from, to is '//to_text(along)//' m, but they are '//to_text(between)// &
+                       ' m apart', 'give the size along them first, or position and orientation in their place')
          ! Each is as a box of some size: m (b^2 + c^2)/12.
          do k = 1, 3
             made%j(k, k) = mass*(as_box(1 + mod(k, 3))**2 + as_box(1 + mod(k + 1, 3))**2)/12.0_wp
