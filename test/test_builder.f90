@@ -1,5 +1,6 @@
 !> Tests of building a mechanism part by part.
 module test_builder
+   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use taut, only: block_diagonal_t, error_t, integration_options_t, integration_result_t, mechanism_builder_t, mechanism_t, &
                    simulate, state_t, status_reached_end, wp
    use taut_name_index, only: name_index_t
@@ -22,7 +23,9 @@ contains
                new_test('a spring, a load and an event', spring_and_load), &
                new_test('shapes lie along their ends', shapes_by_ends), &
                new_test('elastic rows are the stiff part of the force', elastic_rows), &
-               new_test('what is wrong first is told', faults)]
+               new_test('what is wrong first is told', faults), &
+               new_test('what leaves the plane is refused', out_of_plane), &
+               new_test('events have names of their own, and values', faulty_events)]
    end function collect_builder
 
    subroutine names_found(failure)
@@ -41,6 +44,8 @@ contains
          call check(failure, index%find(name) == i, 'its number')
       end do
       call check(failure, index%find('rod0') == 0 .and. index%count == 1000, 'no other')
+      call check(failure, index%nearest_to('rod10001') == 'rod1000', 'one letter too many: '//index%nearest_to('rod10001'))
+      call check(failure, index%nearest_to('wheel') == '' .and. index%nearest_to('x') == '', 'nothing near')
       call index%add('rod7', 5)
       call check(failure, index%find('rod7') == 5 .and. index%count == 1000, 'a number is replaced')
    end subroutine names_found
@@ -251,6 +256,7 @@ contains
       call check(failure, allocated(error), 'it is told')
       if (allocated(failure)) return
       call check(failure, index(error%line(), 'joint "C": body_2 = "louver"') == 1, 'the first one: '//error%line())
+      call check(failure, index(error%remedy, 'did you mean "lower"?') == 1, 'the nearest name: '//error%remedy)
       deallocate (error, builder%error)
       call builder%add_joint('A', 'spherical', 'upper', 'lower', point=o)
       call builder%complete(mechanism, at, error)
@@ -260,5 +266,45 @@ contains
       call builder%complete(mechanism, at, error)
       call check(failure, index(error%line(), 'body "x": it has neither inertia nor shape') == 1, error%line())
    end subroutine faults
+
+   subroutine out_of_plane(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(mechanism_builder_t) :: builder
+
+      builder%planar = .true.
+      call builder%add_body('a', mass=1.0_wp, inertia=[0.1_wp])
+      call builder%add_load('a', [1.0_wp, 1.0_wp, 0.0_wp])
+      call builder%add_load('a', [0.0_wp, 0.0_wp, 1.0_wp], moment=.true.)
+      call check(failure, .not. allocated(builder%error), 'what stays in it is taken')
+      call builder%add_load('a', [1.0_wp, 1.0_wp, 1.0e-9_wp], 'f')
+      call check(failure, index(told(builder), 'force "f": it leaves the plane') == 1, 'a force: '//told(builder))
+      if (allocated(builder%error)) deallocate (builder%error)
+      call builder%add_load('a', [1.0e-9_wp, 0.0_wp, 1.0_wp], 'm', moment=.true.)
+      call check(failure, index(told(builder), 'moment "m": it leaves the plane') == 1, 'a moment: '//told(builder))
+   end subroutine out_of_plane
+
+   subroutine faulty_events(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(mechanism_builder_t) :: builder
+
+      call build(builder)
+      call builder%add_event('low', 'angle', 0.5_wp, joint='A')
+      call builder%add_event('high', 'angle', -0.5_wp, joint='A')
+      call check(failure, .not. allocated(builder%error), 'two of them')
+      call builder%add_event('low', 'angle', 0.1_wp, joint='B')
+      call check(failure, index(told(builder), 'event "low": the name is taken') == 1, told(builder))
+      if (allocated(builder%error)) deallocate (builder%error)
+      call builder%add_event('never', 'angle', ieee_value(1.0_wp, ieee_positive_inf), joint='A')
+      call check(failure, index(told(builder), 'event "never": its value is not a number') == 1, told(builder))
+   end subroutine faulty_events
+
+   !> What a builder complains of.
+   function told(builder) result(line)
+      type(mechanism_builder_t), intent(in) :: builder
+      character(:), allocatable :: line
+
+      line = ''
+      if (allocated(builder%error)) line = builder%error%line()
+   end function told
 
 end module test_builder

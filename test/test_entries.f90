@@ -8,7 +8,7 @@ module test_entries
    use taut_case_entries, only: entries_t
    use taut_case_group, only: check_groups, declare_group, declared_t, group_data_t, read_group
    use taut_case_help, only: case_help, case_reference
-   use taut_case_spelling, only: nearest_name
+   use taut_spelling, only: nearest_name
    use taut_case_value, only: short_text
    implicit none (type, external)
    private

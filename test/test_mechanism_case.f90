@@ -459,16 +459,17 @@ contains
       character(:), allocatable, intent(inout) :: failure
       type(run_t) :: plane, space
       character(*), parameter :: bodies = '&body name = "a", shape = "box", size = 1.0, 0.1, 0.2, mass = 2.0, angle = 0.3, '// &
-                                 'position = 0.5, 0.1, angle_rate = 1.0 /'//lf// &
+                                 'position = 0.5, 0.1, 0.0, angle_rate = 1.0 /'//lf// &
                                  '&body name = "b", shape = "box", size = 0.7, 0.1, 0.2, mass = 1.0, angle = -0.4, '// &
-                                 'position = 1.2, 0.3 /'//lf//'&gravity acceleration = 0.0, -9.81, 0.0 /'//lf// &
-                                 '&joint name = "j1", type = "revolute", body_2 = "a", point = 0.0, 0.0, axis = 0.0, 0.0, '// &
+                                 'position = 1.2, 0.3, 0.0 /'//lf//'&gravity acceleration = 0.0, -9.81, 0.0 /'//lf// &
+                                 '&joint name = "j1", type = "revolute", body_2 = "a", point = 3*0.0, axis = 0.0, 0.0, '// &
                                           '1.0 /'//lf// &
-                                 '&joint name = "j2", type = "prismatic", body_1 = "a", body_2 = "b", point = 1.0, 0.2, '// &
-                                 'axis = 1.0, 0.5 /'//lf//'&spring name = "s", body_1 = "a", body_2 = "b", stiffness = '// &
-                                          '50.0 /'//lf// &
+                                 '&joint name = "j2", type = "prismatic", body_1 = "a", body_2 = "b", '// &
+                                 'point = 1.0, 0.2, 0.0, axis = 1.0, 0.5, 0.0 /'//lf// &
+                                 '&spring name = "s", body_1 = "a", body_2 = "b", stiffness = 50.0 /'//lf// &
                                  '&spring name = "t", joint = "j1", stiffness = 3.0, damping = 0.1, free_angle = 0.5 /'//lf// &
-                                 '&force name = "f", body = "b", value = 1.0, 0.5, point = 1.3, 0.1, follow = .true. /'//lf
+                                 '&force name = "f", body = "b", value = 1.0, 0.5, 0.0, point = 1.3, 0.1, 0.0, '// &
+                                 'follow = .true. /'//lf
 
       call run_text(bodies//'&mechanism planar = .true. /', 1.0_wp, 1.0e-10_wp, plane, failure)
       if (allocated(failure)) return

@@ -1,6 +1,7 @@
 !> Names and their numbers, found without searching through all of them.
 module taut_name_index
    use, intrinsic :: iso_fortran_env, only: int64
+   use taut_spelling, only: nearest_name
    implicit none (type, external)
    private
    public :: name_index_t
@@ -21,6 +22,7 @@ module taut_name_index
    contains
       procedure :: add
       procedure :: find
+      procedure :: nearest_to
    end type name_index_t
 
 contains
@@ -65,6 +67,31 @@ contains
       find = 0
       if (allocated(self%table)) find = self%table(place_of(self, name))%number
    end function find
+
+   !> The name that a misspelt one may have been meant to be; all of them are looked at.
+   function nearest_to(self, name) result(meant)
+      !> The index.
+      class(name_index_t), intent(in) :: self
+      !> The name as written.
+      character(*), intent(in) :: name
+      !> One of those that there are, or nothing.
+      character(:), allocatable :: meant
+      character(:), allocatable :: known(:)
+      integer :: i, longest
+
+      meant = ''
+      if (.not. allocated(self%table)) return
+      longest = 1
+      do i = 1, size(self%table)
+         if (self%table(i)%number /= 0) longest = max(longest, len(self%table(i)%name))
+      end do
+      allocate (character(len=longest) :: known(size(self%table)))
+      do i = 1, size(self%table)
+         known(i) = ''
+         if (self%table(i)%number /= 0) known(i) = self%table(i)%name
+      end do
+      meant = nearest_name(name, known)
+   end function nearest_to
 
    !> Where a name is, or where it would go.
    pure integer function place_of(self, name) result(place)

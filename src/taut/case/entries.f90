@@ -17,7 +17,7 @@ module taut_case_entries
                                    too_many, wrong_number
    use taut_case_entry, only: choice_list, entry_t, joined, range_t, real_range
    use taut_case_namelist_file, only: group_t
-   use taut_case_spelling, only: nearest_name
+   use taut_spelling, only: nearest_name
    use taut_case_value, only: read_integer, read_logical, read_real, short_text, word_t
    implicit none (type, external)
    private

@@ -4,7 +4,7 @@
 module taut_case_namelist_file
    use taut_error, only: error_t, raise, to_text
    use taut_case_posix, only: read_whole
-   use taut_case_spelling, only: nearest_name
+   use taut_spelling, only: nearest_name
    implicit none (type, external)
    private
    public :: namelist_file_t, group_t, assignment_t, check_names

@@ -32,15 +32,15 @@ contains
       call entries%group('beam', 'a straight beam of finite-volume elements, in space only; its nodes are the bodies name1, '// &
                          'name2, ...')
       call self%declare_name(entries)
-      call declare_vector(entries, 'from', self%from, 'm', 'one end')
-      call declare_vector(entries, 'to', self%to, 'm', 'the other end')
+      call declare_vector(entries, self%planar, 'from', self%from, 'm', 'one end')
+      call declare_vector(entries, self%planar, 'to', self%to, 'm', 'the other end')
       call entries%item('elements', self%elements, 'number of elements')
       call entries%option('young', self%young, 'Pa', 'Young''s modulus')
       call entries%item('poisson', self%poisson, '', 'Poisson''s ratio')
       call entries%option('density', self%density, 'kg/m^3', 'density')
       call entries%option('thickness', self%thickness, 'm', 'along axis_2')
       call entries%option('width', self%width, 'm', 'across axis_2')
-      call declare_vector(entries, 'axis_2', self%axis_2, '', 'direction of the thickness')
+      call declare_vector(entries, self%planar, 'axis_2', self%axis_2, '', 'direction of the thickness')
       call entries%item('damping', self%damping, 's', 'time constant of its damping')
    end subroutine declare
 

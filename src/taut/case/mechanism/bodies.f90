@@ -71,19 +71,20 @@ contains
       call entries%option('thickness', self%thickness, 'm', 'of a rod''s square section; without: length/1000, in the plane 0')
       call entries%option('size', self%size, 'm', 'three sides of a box along its axes', [3])
       call entries%option('radius', self%radius, 'm', 'of a sphere, without: half from end to end; of a cylinder')
-      call self%position%declare(entries, 'position', 'center of mass; without: the origin')
-      call self%from%declare(entries, 'from', 'one end: body axis 1 goes from here, the shape lies along it, the '// &
+      call self%position%declare(entries, self%planar, 'position', 'center of mass; without: the origin')
+      call self%from%declare(entries, self%planar, 'from', 'one end: body axis 1 goes from here, the shape lies along it, the '// &
                              'center of mass is half-way')
-      call self%to%declare(entries, 'to', 'the other end; from and to are in the place of position and orientation')
+      call self%to%declare(entries, self%planar, 'to', 'the other end; from and to are in the place of position and orientation')
       call entries%option('angle', self%angle, 'rad', 'orientation: angle about z')
-      call declare_vector(entries, 'orientation', self%orientation, 'rad', 'orientation: rotation vector')
+      call declare_vector(entries, self%planar, 'orientation', self%orientation, 'rad', 'orientation: rotation vector')
       call entries%option('quaternion', self%quaternion, '', 'orientation: quaternion, its scalar part first, of any length', [4])
-      call declare_vector(entries, 'velocity', self%velocity, 'm/s', 'of the center of mass, in global axes; without: at rest')
-      call declare_vector(entries, 'angular_velocity', self%angular_velocity, 'rad/s', 'in global axes; without: none')
+      call declare_vector(entries, self%planar, 'velocity', self%velocity, 'm/s', &
+                          'of the center of mass, in global axes; without: at rest')
+      call declare_vector(entries, self%planar, 'angular_velocity', self%angular_velocity, 'rad/s', 'in global axes; without: none')
       call entries%option('angle_rate', self%angle_rate, 'rad/s', 'angular velocity about z')
-      call self%position%declare_step(entries, 'position')
-      call self%from%declare_step(entries, 'from')
-      call self%to%declare_step(entries, 'to')
+      call self%position%declare_step(entries, self%planar, 'position')
+      call self%from%declare_step(entries, self%planar, 'from')
+      call self%to%declare_step(entries, self%planar, 'to')
       call entries%option('angle_step', self%angle_step, 'rad', 'is added to angle from copy to copy')
       call self%declare_copies(entries)
    end subroutine declare_body
@@ -131,9 +132,9 @@ contains
       call entries%group('point_mass', 'a body without size')
       call self%declare_name(entries)
       call entries%option('mass', self%mass, 'kg', 'mass')
-      call self%position%declare(entries, 'position', 'where it is at the start; without: the origin')
-      call declare_vector(entries, 'velocity', self%velocity, 'm/s', 'at the start; without: at rest')
-      call self%position%declare_step(entries, 'position')
+      call self%position%declare(entries, self%planar, 'position', 'where it is at the start; without: the origin')
+      call declare_vector(entries, self%planar, 'velocity', self%velocity, 'm/s', 'at the start; without: at rest')
+      call self%position%declare_step(entries, self%planar, 'position')
       call self%declare_copies(entries)
    end subroutine declare_point_mass
 
@@ -161,8 +162,8 @@ contains
 
       call entries%group('ground_point', 'a point of the ground; the ground itself is called "ground"')
       call self%declare_name(entries)
-      call self%position%declare(entries, 'position', 'where it is; without: the origin')
-      call self%position%declare_step(entries, 'position')
+      call self%position%declare(entries, self%planar, 'position', 'where it is; without: the origin')
+      call self%position%declare_step(entries, self%planar, 'position')
       call self%declare_copies(entries)
    end subroutine declare_ground_point
 
@@ -191,9 +192,9 @@ contains
       call entries%group('point', 'a point of a body; its position is written out')
       call self%declare_name(entries)
       call entries%option('body', self%body, 'its body')
-      call self%position%declare(entries, 'position', 'where it is; without: the origin of frame')
+      call self%position%declare(entries, self%planar, 'position', 'where it is; without: the origin of frame')
       call entries%item('frame', self%frame, 'axes of position: global ones at the start, or those of the body', frames)
-      call self%position%declare_step(entries, 'position')
+      call self%position%declare_step(entries, self%planar, 'position')
       call self%declare_copies(entries)
    end subroutine declare_point
 

@@ -56,14 +56,17 @@ contains
       call entries%option('type', self%type, 'what it is, with its number of rows in space and in the plane: '//types_in_words())
       call entries%option('body_1', self%body_1, 'a body, a point mass, a point or "ground"')
       call entries%option('body_2', self%body_2, 'the other; reactions are on it')
-      call self%point%declare(entries, 'point', 'point that both share at the start, in global axes')
-      call declare_vector(entries, 'point_1', self%point_1, 'm', 'point of body_1; a side without one takes the other''s, of a '// &
-                          'distance or a coordinate its center of mass')
-      call declare_vector(entries, 'point_2', self%point_2, 'm', 'point of body_2')
-      call declare_vector(entries, 'axis', self%axis, '', 'axis that both share at the start, of any length; of a planar '// &
-                          'joint: its normal; in the plane a revolute one needs none')
-      call declare_vector(entries, 'axis_1', self%axis_1, '', 'axis of body_1; of a universal joint at right angles to axis_2')
-      call declare_vector(entries, 'axis_2', self%axis_2, '', 'axis of body_2')
+      call self%point%declare(entries, self%planar, 'point', 'point that both share at the start, in global axes')
+      call declare_vector(entries, self%planar, 'point_1', self%point_1, 'm', &
+                          'point of body_1; a side without one takes the other''s, of a distance or a coordinate its center of '// &
+                          'mass')
+      call declare_vector(entries, self%planar, 'point_2', self%point_2, 'm', 'point of body_2')
+      call declare_vector(entries, self%planar, 'axis', self%axis, '', &
+                          'axis that both share at the start, of any length; of a planar joint: its normal; in the plane a '// &
+                          'revolute one needs none')
+      call declare_vector(entries, self%planar, 'axis_1', self%axis_1, '', &
+                          'axis of body_1; of a universal joint at right angles to axis_2')
+      call declare_vector(entries, self%planar, 'axis_2', self%axis_2, '', 'axis of body_2')
       call entries%item('frame', self%frame, 'axes of point_1, point_2, axis_1, axis_2: global ones at the start, or those of '// &
                         'their bodies', frames)
       call entries%item('angle', self%angle, 'rad', 'angle about the axis at the start')
@@ -71,7 +74,7 @@ contains
       call entries%option('value', self%value, 'm', 'of a coordinate; without: that at the start')
       call entries%option('drive', self%drive, 'name of the function that drives its displacement')
       call entries%option('drive_angle', self%drive_angle, 'name of the function that drives its angle')
-      call self%point%declare_step(entries, 'point')
+      call self%point%declare_step(entries, self%planar, 'point')
       call self%declare_copies(entries)
    end subroutine declare_joint
 
@@ -139,10 +142,10 @@ contains
       call self%declare_name(entries)
       call entries%option('body', self%body, 'the disc')
       call entries%option('radius', self%radius, 'm', 'its radius')
-      call declare_vector(entries, 'axis', self%axis, '', 'its axis at the start')
-      call declare_vector(entries, 'center', self%center, 'm', 'its center at the start; without: the center of mass')
-      call declare_vector(entries, 'normal', self%normal, '', 'normal of the plane')
-      call declare_vector(entries, 'plane_point', self%plane_point, 'm', 'a point of the plane')
+      call declare_vector(entries, self%planar, 'axis', self%axis, '', 'its axis at the start')
+      call declare_vector(entries, self%planar, 'center', self%center, 'm', 'its center at the start; without: the center of mass')
+      call declare_vector(entries, self%planar, 'normal', self%normal, '', 'normal of the plane')
+      call declare_vector(entries, self%planar, 'plane_point', self%plane_point, 'm', 'a point of the plane')
    end subroutine declare_rolling
 
    !> Adds a rolling disc.
@@ -173,8 +176,8 @@ contains
       call entries%group('knife_edge', 'a point of a body that does not move across an edge, which turns with the body')
       call self%declare_name(entries)
       call entries%option('body', self%body, 'the body')
-      call declare_vector(entries, 'point', self%point, 'm', 'the point at the start; without: the center of mass')
-      call declare_vector(entries, 'across', self%across, '', 'direction across the edge at the start')
+      call declare_vector(entries, self%planar, 'point', self%point, 'm', 'the point at the start; without: the center of mass')
+      call declare_vector(entries, self%planar, 'across', self%across, '', 'direction across the edge at the start')
    end subroutine declare_knife_edge
 
    !> Adds a knife edge.

@@ -51,7 +51,8 @@ contains
       type(entries_t), intent(inout) :: entries
 
       call entries%group('gravity', 'acceleration of gravity; without the group there is none')
-      call declare_vector(entries, 'acceleration', self%acceleration, 'm/s^2', 'without: 0, 0, -9.81; in the plane 0, -9.81')
+      call declare_vector(entries, self%planar, 'acceleration', self%acceleration, 'm/s^2', &
+                          'without: 0, 0, -9.81; in the plane 0, -9.81')
    end subroutine declare_gravity
 
    !> Sets gravity.
@@ -86,10 +87,19 @@ contains
       end if
       call self%declare_name(entries, 'for people')
       call entries%option('body', self%body, 'a body, a point mass or a point')
-      call declare_vector(entries, 'value', self%value, trim(merge('N m', 'N  ', self%moment)), 'in global axes; with follow: '// &
-                          'at the start')
-      call declare_vector(entries, 'point', self%point, 'm', 'where a force acts, in global axes at the start; without: the '// &
-                          'center of mass')
+      if (self%moment .and. self%planar) then
+         call entries%option('value', self%value, 'N m', 'about z', [1, 3])
+      else if (self%moment) then
+         call entries%option('value', self%value, 'N m', 'in global axes; with follow: at the start; in the plane one number, '// &
+                             'about z', [3])
+      else
+         call declare_vector(entries, self%planar, 'value', self%value, 'N', 'in global axes; with follow: at the start')
+      end if
+      if (allocated(self%value)) then
+         if (size(self%value) == 1) self%value = [0.0_wp, 0.0_wp, self%value]
+      end if
+      call declare_vector(entries, self%planar, 'point', self%point, 'm', &
+                          'where a force acts, in global axes at the start; without: the center of mass')
       call entries%item('follow', self%follow, 'whether it turns with the body; else it keeps its direction')
       call entries%option('function', self%function, 'name of a function that it is multiplied with')
       call self%declare_copies(entries)
@@ -142,8 +152,8 @@ contains
       call self%declare_name(entries, 'for people')
       call entries%option('body_1', self%body_1, 'a body, a point mass or a point; without: "ground"')
       call entries%option('body_2', self%body_2, 'the other')
-      call declare_vector(entries, 'point_1', self%point_1, 'm', 'point of body_1; without: its center of mass')
-      call declare_vector(entries, 'point_2', self%point_2, 'm', 'point of body_2; without: its center of mass')
+      call declare_vector(entries, self%planar, 'point_1', self%point_1, 'm', 'point of body_1; without: its center of mass')
+      call declare_vector(entries, self%planar, 'point_2', self%point_2, 'm', 'point of body_2; without: its center of mass')
       call entries%item('frame', self%frame, 'axes of the points: global ones at the start, or those of their bodies', frames)
       call entries%option('joint', self%joint, 'in the place of bodies: a revolute or cylindrical joint about whose axis it acts')
       call entries%option('stiffness', self%stiffness, 'N/m or N m/rad', 'a negative one drives away from the free length')

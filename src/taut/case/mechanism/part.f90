@@ -18,6 +18,8 @@ module taut_case_mechanism_part
       character(:), allocatable :: name
       !> The case file, from whose folder paths start.
       character(:), allocatable :: case_path
+      !> Whether the mechanism is in the plane x-y; set before the group is read.
+      logical :: planar = .false.
       !> Number of copies, and the number of the first.
       integer :: repeat = 1, first = 1
    contains
@@ -133,29 +135,33 @@ contains
    end subroutine copy_text
 
    !> Declares the point of the first copy.
-   subroutine declare(self, entries, name, help)
+   subroutine declare(self, entries, planar, name, help)
       !> The point.
       class(moving_t), intent(inout) :: self
       !> What passes over its entries.
       type(entries_t), intent(inout) :: entries
+      !> Whether the mechanism is in the plane.
+      logical, intent(in) :: planar
       !> Name of the entry.
       character(*), intent(in) :: name
       !> What it is.
       character(*), intent(in) :: help
 
-      call declare_vector(entries, name, self%at, 'm', help)
+      call declare_vector(entries, planar, name, self%at, 'm', help)
    end subroutine declare
 
    !> Declares the step to the next copy.
-   subroutine declare_step(self, entries, name)
+   subroutine declare_step(self, entries, planar, name)
       !> The point.
       class(moving_t), intent(inout) :: self
       !> What passes over its entries.
       type(entries_t), intent(inout) :: entries
+      !> Whether the mechanism is in the plane.
+      logical, intent(in) :: planar
       !> Name of the point's entry.
       character(*), intent(in) :: name
 
-      call declare_vector(entries, name//'_step', self%step, 'm', 'is added to '//name//' from copy to copy')
+      call declare_vector(entries, planar, name//'_step', self%step, 'm', 'is added to '//name//' from copy to copy')
    end subroutine declare_step
 
    !> The point of a copy.
@@ -177,10 +183,12 @@ contains
       if (allocated(at) .and. allocated(self%step)) at = at + copy*self%step
    end subroutine of_copy
 
-   !> Declares a vector of which components behind the last that is given are zero.
-   subroutine declare_vector(entries, name, values, unit, help)
+   !> Declares a vector of three numbers, of which the last may be left out in the plane.
+   subroutine declare_vector(entries, planar, name, values, unit, help)
       !> What passes over the entries.
       type(entries_t), intent(inout) :: entries
+      !> Whether the mechanism is in the plane.
+      logical, intent(in) :: planar
       !> Name of the entry.
       character(*), intent(in) :: name
       !> The vector, if there is one: (3).
@@ -189,10 +197,14 @@ contains
       character(*), intent(in) :: unit
       !> What it is.
       character(*), intent(in) :: help
-      integer :: i
 
-      call entries%option(name, values, unit, help, [1, 2, 3])
-      if (allocated(values)) values = [values, (0.0_wp, i=size(values) + 1, 3)]
+      if (planar) then
+         call entries%option(name, values, unit, help, [2, 3])
+      else
+         call entries%option(name, values, unit, help, [3])
+      end if
+      if (.not. allocated(values)) return
+      if (size(values) == 2) values = [values, 0.0_wp]
    end subroutine declare_vector
 
    !> A name with # replaced by a number, #+2 and #-1 by others.

@@ -146,6 +146,7 @@ contains
 
       call new_part(group%name, part)
       part%case_path = file%path
+      part%planar = builder%planar
       call read_group(file, group, part, error)
       if (allocated(error)) return
       if (.not. allocated(part%name)) part%name = ''

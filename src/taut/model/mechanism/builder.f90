@@ -21,6 +21,7 @@ module taut_model_mechanism_builder
    use taut_model_mechanism_joint, only: joint_t
    use taut_model_mechanism_load, only: load_t, spring_t
    use taut_rotation, only: matrix_of_quaternion
+   use taut_spelling, only: nearest_name
    implicit none (type, external)
    private
    public :: mechanism_builder_t, builder_words_t, anchor_t
@@ -69,7 +70,7 @@ module taut_model_mechanism_builder
       type(anchor_t), allocatable :: anchors(:)
       !> Joints whose reactions are written out; not allocated for all.
       integer, allocatable :: shown(:)
-      type(name_index_t), private :: anchor_names, joint_names, function_names
+      type(name_index_t), private :: anchor_names, joint_names, function_names, event_names
    contains
       procedure :: add_body
       procedure :: add_point_mass
@@ -444,7 +445,7 @@ contains
          call raise(self%error, '', what//' is not given', 'name a body, a point or "ground"')
       else
          call raise(self%error, '', what//' = "'//trim(name)//'": there is no body or point of this name', &
-                    'name '//trim(self%words%anchors))
+                    suggestion(self%anchor_names, name, 'ground')//'name '//trim(self%words%anchors))
       end if
    end subroutine find_anchor
 
@@ -462,7 +463,7 @@ contains
       if (len_trim(name) == 0) return
       number = self%function_names%find(name)
       if (number == 0) call raise(self%error, '', what//' = "'//trim(name)//'": there is no function of this name', &
-                                  trim(self%words%add))
+                                  suggestion(self%function_names, name)//trim(self%words%add))
    end function find_function
 
    !> Number of a joint; 0 if there is none.
@@ -476,8 +477,22 @@ contains
 
       number = self%joint_names%find(name)
       if (number == 0) call raise(self%error, '', what//' = "'//trim(name)//'": there is no joint of this name', &
-                                  trim(self%words%add))
+                                  suggestion(self%joint_names, name)//trim(self%words%add))
    end function find_joint
+
+   !> What may have been meant, before what else to do.
+   function suggestion(names, name, further) result(text)
+      type(name_index_t), intent(in) :: names
+      character(*), intent(in) :: name
+      !> One more name that there is.
+      character(*), intent(in), optional :: further
+      character(:), allocatable :: meant, text
+
+      meant = names%nearest_to(name)
+      if (len(meant) == 0 .and. present(further)) meant = nearest_name(name, [further])
+      text = ''
+      if (len(meant) > 0) text = 'did you mean "'//meant//'"? Or '
+   end function suggestion
 
    !> Where a body is at the start.
    function start_pose(self, body) result(it)

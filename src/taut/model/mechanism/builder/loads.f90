@@ -42,6 +42,12 @@ contains
       made%factor = self%find_function(function, 'function')
       if (.not. allocated(self%error) .and. owner%body == 0) call raise(self%error, '', 'it acts on the ground', 'name a body')
       if (.not. all(abs(value) <= huge(1.0_wp))) call raise(self%error, '', 'its value is not a number', 'correct it')
+      if (self%planar) then
+         if (made%moment .and. norm2(value(1:2)) > 0.0_wp) &
+            call raise(self%error, '', 'it leaves the plane x-y', 'in the plane a moment is about z: give one number')
+         if (.not. made%moment .and. abs(value(3)) > 0.0_wp) &
+            call raise(self%error, '', 'it leaves the plane x-y', 'give a force with z = 0')
+      end if
       if (.not. allocated(self%error)) then
          it = self%start_pose(owner%body)
          made%body = owner%body
@@ -181,6 +187,9 @@ contains
       made%value = value
       if (len(made%name) == 0 .or. scan(made%name, ', ') > 0) &
          call raise(self%error, '', 'it has no name, or one with a blank or a comma', 'give name = "..."')
+      if (self%event_names%find(made%name) > 0) &
+         call raise(self%error, '', 'the name is taken: there are two of it', 'rename one of them')
+      if (.not. abs(value) <= huge(value)) call raise(self%error, '', 'its value is not a number', 'correct it')
       if (present(joint) .eqv. present(point)) then
          call raise(self%error, '', 'it watches neither a joint nor a point, or both', 'give joint or point')
       else if (present(joint)) then
@@ -206,6 +215,7 @@ contains
          call make_room_events(self)
          self%event_count = self%event_count + 1
          self%events(self%event_count) = made
+         call self%event_names%add(made%name, self%event_count)
       end if
       call locate(self, 'event', name)
    end procedure add_event

@@ -1,5 +1,5 @@
 !> What a misspelt name may have been meant to be.
-module taut_case_spelling
+module taut_spelling
    implicit none (type, external)
    private
    public :: nearest_name
@@ -17,12 +17,12 @@ contains
       integer :: best, distance, i
 
       meant = ''
-      ! A third of the letters may be wrong, one in any case.
+      ! A third of the letters may be wrong, one in any case, but not all.
       best = max(1, len_trim(name)/3) + 1
       do i = 1, size(known)
          if (abs(len_trim(known(i)) - len_trim(name)) >= best .or. len_trim(known(i)) == 0) cycle
          distance = edits(trim(name), trim(known(i)))
-         if (distance >= best) cycle
+         if (distance >= min(best, len_trim(name))) cycle
          best = distance
          meant = trim(known(i))
       end do
@@ -50,4 +50,4 @@ contains
       distance = rows(len(two), 2)
    end function edits
 
-end module taut_case_spelling
+end module taut_spelling
