@@ -1,6 +1,7 @@
 """Bad input: one line that names the place, the fault and a remedy; and nothing half-written."""
 
 import csv
+import os
 import resource
 import subprocess
 import time
@@ -80,6 +81,26 @@ VALUES = {
     "label with a slash": ('&method name = "present", label = "a/b" /', "&method", '"a/b"', "letters"),
     "label of a parent": ('&method name = "present", label = ".." /', "&method", '".."'),
     "label of the summary": ('&method name = "present", label = "summary" /', "&method", '"summary"'),
+    "label of the events": ('&method name = "present", label = "events" /', "&method", '"events"'),
+    "end before the start": ("\n&integration t_end = -1 /", "case.nml:2: &integration", "before t_start"),
+    "one coordinate": ("&pendulum position = 1 /", "&pendulum", "position = 1", "2 numbers"),
+    "value left out": ("&pendulum position = ,1.0 /", "&pendulum", "position = ,1.0", "left out"),
+    "repetition of nothing": ("&pendulum position = 2* /", "&pendulum", "position = 2*", "left out"),
+    "text too long": (
+        '&method solver = "pivoted-choleskyX" /',
+        "&method",
+        '"pivoted-choleskyX"',
+        'did you mean "pivoted-cholesky"?',
+    ),
+    "infinite tolerance": ("&integration atol = inf /", "&integration", "atol = inf", "finite"),
+    "absurd tolerance": (
+        "&method projection_tolerance = 1e9 /",
+        "&method",
+        "projection_tolerance = 1e9",
+        "1000",
+    ),
+    "misspelt entry": ("&pendulum lenght = 1 /", "&pendulum", "did you mean length?"),
+    "misspelt group": ("&methd /", "case.nml:1", "did you mean &method?"),
     "duplicate labels": ('&method name = "present" /\n' * 2, "case.nml:2: &method", '"present"', "another"),
     "no value": ("&pendulum\n mass = , length = 1 /", "case.nml:2: &pendulum", "mass has no value"),
     "no last value": ("&pendulum mass = /", "case.nml:1: &pendulum", "mass has no value"),
@@ -195,8 +216,6 @@ def assert_older_results(folder: Path) -> None:
 
 
 def test_file_size_limit(run: Run, tmp_path: Path) -> None:
-    # Whether the limit ends the program by its signal or is reported like a full disk is up to the compiler's
-    # library; in both cases nothing has the final name but what had it before.
     folder = older_results(tmp_path)
     write(tmp_path / "case.nml", "&integration t_end = 100 /")
 
@@ -204,9 +223,68 @@ def test_file_size_limit(run: Run, tmp_path: Path) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
-    done = run("case.nml", "--out", "out", "--quiet", preexec_fn=limit, restore_signals=False)
-    assert done.returncode != 0
+    # The system would end the process by a signal; it is a failed output like any other.
+    done = run("case.nml", "--out", "out", "--quiet", preexec_fn=limit)
+    assert_refused(done, "out/case/present.csv", "room on the disk")
     assert_older_results(folder)
+    assert len(files(folder)) == 2
+
+
+@pytest.mark.parametrize(
+    "arguments", [["case.nml"], ["--help"], ["--help-case"], ["--version"]], ids=" ".join
+)
+def test_lost_output_is_no_success(pendulum: Path, tmp_path: Path, arguments: list[str]) -> None:
+    write(tmp_path / "case.nml", SHORT)
+    for where in (">/dev/full", ">&-"):
+        command = ["bash", "-c", f'"$0" "$@" {where}', pendulum, *arguments]
+        done = subprocess.run(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, check=False)
+        assert_refused(done, "standard output", "--quiet")
+
+
+def test_closed_outputs_are_not_taken_by_results(pendulum: Path, tmp_path: Path) -> None:
+    write(tmp_path / "case.nml", SHORT)
+    command = ["bash", "-c", '"$0" case.nml --quiet >&- 2>&- <&-', pendulum]
+    assert subprocess.run(command, cwd=tmp_path, check=False).returncode == 0
+    assert (tmp_path / "results/case/present.csv").read_text().startswith("t,h,x,z,")
+
+
+@pytest.mark.parametrize("name", ["...nml", "..toml"])
+def test_case_named_as_another_folder(run: Run, tmp_path: Path, name: str) -> None:
+    write(tmp_path / name, SHORT)
+    assert_refused(run(name, "--out", "out"), name, "another folder", "rename")
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("name", ["a,b", 'a"b', "a\nb"])
+def test_case_name_that_a_table_must_quote(run: Run, tmp_path: Path, name: str) -> None:
+    write(tmp_path / f"{name}.nml", SHORT)
+    done = run(f"{name}.nml", "--out", "out", "--quiet")
+    assert (done.returncode, done.stderr) == (0, "")
+    (summary,) = rows(tmp_path / "out" / name / "summary.csv")
+    assert (summary["case"], summary["method"], summary["status"]) == (name, "present", "reached-end")
+
+
+def test_case_file_that_is_a_pipe(run: Run, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "case.nml")
+    assert_refused(run("case.nml", "--out", "out"), "case.nml", "no pipe")
+
+
+def test_byte_order_mark(run: Run, tmp_path: Path) -> None:
+    write(tmp_path / "case.nml", b"\xef\xbb\xbf" + SHORT.encode())
+    assert run("case.nml", "--out", "out", "--quiet").returncode == 0
+
+
+def test_pattern_of_many_stars_ends(run: Run, tmp_path: Path) -> None:
+    write(tmp_path / "case.nml", SHORT + f'&output columns = "{"*p" * 20}*x" /')
+    assert_refused(run("case.nml", "--out", "out"), "there is no column")
+
+
+def test_blas_runs_with_one_thread(run: Run, tmp_path: Path, environment: dict[str, str]) -> None:
+    write(tmp_path / "case.nml", SHORT)
+    environment["OPENBLAS_NUM_THREADS"] = "4"
+    run("case.nml", "--out", "out", "--quiet")
+    (summary,) = rows(tmp_path / "out/case/summary.csv")
+    assert summary["blas"].endswith("1 thread")
 
 
 def test_full_disk(run: Run, tmp_path: Path, small_disk: Path) -> None:
@@ -245,6 +323,36 @@ def test_killed_run(pendulum: Path, tmp_path: Path) -> None:
         process.kill()
         process.wait()
     assert all(path.suffix == ".part" for path in files(tmp_path / "out"))
+    # The next run in the folder does away with what nobody writes any more.
+    write(tmp_path / "case.nml", SHORT)
+    subprocess.run([pendulum, "case.nml", "--out", "out", "--quiet"], cwd=tmp_path, check=True)
+    assert [path.name for path in files(tmp_path / "out")] == ["present.csv", "summary.csv"]
+
+
+def no_locks(folder: Path) -> dict[str, str]:
+    """Returns an environment in which files cannot be locked."""
+    source = folder / "no_locks.c"
+    source.write_text("#include <errno.h>\nint flock(int f, int o) { errno = ENOLCK; return -1; }\n")
+    library = folder / "no_locks.so"
+    subprocess.run(["gcc", "-shared", "-fPIC", "-o", library, source], check=True)
+    return os.environ | {"LD_PRELOAD": str(library), "OPENBLAS_NUM_THREADS": "1"}
+
+
+def test_file_system_without_locks(pendulum: Path, tmp_path: Path) -> None:
+    write(tmp_path / "case.nml", "&integration t_end = 1e6 /")
+    settings = {"cwd": tmp_path, "env": no_locks(tmp_path), "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen([pendulum, "case.nml", "--out", "out", "--quiet"], **settings)
+    time.sleep(0.5)
+    process.terminate()
+    process.communicate(timeout=60)
+    assert process.returncode == 75
+    assert len(list((tmp_path / "out/case").glob("*.part"))) == 1
+    process = subprocess.Popen([pendulum, "--restart", "out/case/checkpoint.taut", "--quiet"], **settings)
+    time.sleep(0.5)
+    process.terminate()
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 75
+    assert "note: the file system has no locks" in error
 
 
 def test_run_that_ends_early(run: Run, tmp_path: Path) -> None:

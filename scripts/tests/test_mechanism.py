@@ -20,6 +20,7 @@ ROD = '&body name = "rod", shape = "rod", mass = 1, thickness = 0.05, from = 0, 
 AXIS = "point = 0, 0, 0, axis = 0, 1, 0 /\n"
 HINGE = '&joint name = "hinge", type = "revolute", body_2 = "rod", ' + AXIS
 SHORT = "&integration t_end = 0.1 /\n"
+PLANE = '&mechanism planar = .true. /\n&body name = "rod", mass = 1, inertia = 0.1 /\n'
 
 
 @pytest.fixture(scope="session")
@@ -180,6 +181,59 @@ BAD = {
         'case.nml:2: &point_mass "ball"',
         "leaves the plane",
     ),
+    "gravity of one number": (
+        ROD + HINGE + "&gravity acceleration = 9.81 /\n",
+        "case.nml:3: &gravity",
+        "3 numbers",
+    ),
+    "moment that leaves its plane": (
+        PLANE + '&moment name = "m", body = "rod", value = 0, 1, 0 /\n',
+        'case.nml:3: &moment "m"',
+        "leaves the plane",
+        "one number",
+    ),
+    "force that leaves its plane": (
+        PLANE + '&force name = "f", body = "rod", value = 0, 0, -50 /\n',
+        'case.nml:3: &force "f"',
+        "leaves the plane",
+    ),
+    "two events of one name": (
+        ROD + HINGE + '&event name = "low", joint = "hinge" /\n' * 2,
+        'case.nml:4: &event "low"',
+        "two of it",
+    ),
+    "event at no number": (
+        ROD + HINGE + '&event name = "low", joint = "hinge", value = nan /\n',
+        'case.nml:3: &event "low"',
+        "value = nan",
+        "finite",
+    ),
+    "joint named as the ground": (
+        ROD + HINGE.replace('"hinge"', '"ground"'),
+        'case.nml:2: &joint "ground"',
+        "two of it",
+    ),
+    "misspelt body": (
+        ROD + '&joint name = "hinge", type = "revolute", body_2 = "rodd", ' + AXIS,
+        'case.nml:2: &joint "hinge"',
+        'did you mean "rod"?',
+    ),
+    "misspelt joint of a spring": (
+        ROD + HINGE + '&spring name = "s", joint = "hing", stiffness = 1 /\n',
+        'case.nml:3: &spring "s"',
+        'did you mean "hinge"?',
+    ),
+    "vector of two numbers in space": (
+        ROD.replace("to = 1, 0, 0", "to = 1, 0") + HINGE,
+        'case.nml:1: &body "rod"',
+        "to = 1, 0",
+        "3 numbers",
+    ),
+    "table that is no file": (
+        '&function name = "drive", kind = "table", table = "/dev/zero" /\n' + ROD + HINGE,
+        'case.nml:1: &function "drive"',
+        "/dev/zero",
+    ),
     "spring on a bare ground": (
         ROD + '&spring name = "spring", body_2 = "rod", stiffness = 1 /\n',
         'case.nml:2: &spring "spring"',
@@ -203,6 +257,15 @@ def test_bad_input(mechanism: Path, tmp_path: Path, case: tuple[str, ...]) -> No
     assert fault.count(": ") >= 2 and remedy.strip()
     assert done.stdout == ""
     assert not (tmp_path / "out").exists()
+
+
+def test_moment_of_one_number_in_the_plane(mechanism: Path, tmp_path: Path) -> None:
+    (tmp_path / "case.nml").write_text(
+        PLANE + '&moment name = "m", body = "rod", value = 0.5 /\n&integration t_end = 1 /\n'
+    )
+    done = start(mechanism, tmp_path, "case.nml", "--out", "out", "--quiet")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert table(tmp_path / "out/case/present.csv")["rod.wz"][-1] == pytest.approx(5.0, abs=1e-9)
 
 
 def test_good_input(mechanism: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import random
 import shutil
 import signal
+import struct
 import subprocess
 import time
 import zlib
@@ -10,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from conftest import built
 
 INTERRUPTED = 75
 
@@ -244,6 +246,104 @@ def test_another_build(interrupted: Path, start: Start) -> None:
     archive = good[40:].replace(b"compiler: GCC", b"compiler: ICC", 1)
     path.write_bytes(good[:32] + zlib.crc32(archive).to_bytes(8, "little") + archive)
     assert "another build: taut" in refused(start, interrupted, "--restart", path)
+
+
+def test_another_blas(interrupted: Path, start: Start) -> None:
+    path = checkpoint_of(interrupted)
+    change(path, "blas", lambda value: b"X" * len(value))
+    assert "another BLAS or kernel: XXX" in refused(start, interrupted, "--restart", path)
+    process = start(interrupted, "--restart", path, "--any-blas", "--quiet")
+    process.communicate(timeout=60)
+    assert process.returncode == 0
+
+
+SIZES = {"r": 8, "i": 4, "l": 8, "b": 1, "t": 1}
+
+
+def change(path: Path, name: str, new: Callable[[bytes], bytes]) -> None:
+    """Crafts a checkpoint whose checksum fits: all entries of a name get other values, or another number."""
+    data = path.read_bytes()
+    archive, made, at = data[40:], b"", 0
+    while at < len(archive):
+        kind = chr(archive[at])
+        (length,) = struct.unpack_from("<i", archive, at + 1)
+        found = archive[at + 5 : at + 5 + length]
+        (count,) = struct.unpack_from("<q", archive, at + 5 + length)
+        at += 13 + length
+        values = archive[at : at + max(count, 0) * SIZES[kind]]
+        at += len(values)
+        if found.decode() == name:
+            values = new(values)
+            count = len(values) // SIZES[kind]
+        made += kind.encode() + struct.pack("<i", length) + found + struct.pack("<q", count) + values
+    path.write_bytes(data[:24] + struct.pack("<qq", len(made), zlib.crc32(made)) + made)
+
+
+CRAFTED = {
+    "a file elsewhere": ("unfinished file", lambda _: b"../../victim.csv"),
+    "a result elsewhere": ("file", lambda _: b"../../victim.csv"),
+    "no program": ("program", lambda _: b""),
+    "no app": ("app", lambda _: b""),
+    "a method before the first": ("method", lambda _: struct.pack("<i", -1)),
+    "a method behind the last": ("method", lambda _: struct.pack("<i", 10**9)),
+    "a status that is none": ("status", lambda _: struct.pack("<i", 77)),
+    "a billion events": ("events", lambda _: struct.pack("<i", 10**9)),
+    "less than no events": ("events", lambda _: struct.pack("<i", -5)),
+    "no stop": ("stop", lambda _: struct.pack("<i", 0)),
+    "a stop behind the last": ("stop", lambda _: struct.pack("<i", 99)),
+    "a stop that is no number": ("stops", lambda values: b"\xff" * len(values)),
+    "a direction that is none": ("direction", lambda _: struct.pack("<d", 1e308)),
+    "no stops": ("stops", lambda _: b""),
+    "a state of another size": ("y", lambda values: values[8:]),
+    "a file with fewer than no bytes": ("bytes", lambda _: struct.pack("<q", -1)),
+}
+
+
+@pytest.mark.parametrize("crafted", CRAFTED.values(), ids=CRAFTED)
+def test_crafted_checkpoints(
+    crafted: tuple[str, Callable[[bytes], bytes]], interrupted: Path, start: Start
+) -> None:
+    (interrupted / "results/victim.csv").write_text("not to be touched")
+    (interrupted / "victim.csv").write_text("not to be touched")
+    path = checkpoint_of(interrupted)
+    before = path.read_bytes()
+    change(path, *crafted)
+    assert path.read_bytes() != before
+    refused(start, interrupted, "--restart", path)
+
+
+def test_crafted_checkpoint_that_would_empty_a_file(interrupted: Path, start: Start) -> None:
+    # No bytes have the checksum zero: what is cut to them is empty.
+    victim = interrupted / "results/victim.csv"
+    victim.write_text("not to be touched")
+    path = checkpoint_of(interrupted)
+    change(path, "unfinished file", lambda _: b"../victim.csv")
+    change(path, "bytes", lambda _: bytes(8))
+    change(path, "checksum", lambda _: bytes(8))
+    refused(start, interrupted, "--restart", path)
+    assert victim.read_text() == "not to be touched"
+
+
+def test_table_belongs_to_the_case(tmp_path: Path, environment: dict[str, str]) -> None:
+    app = built("mechanism")
+    (tmp_path / "drive.csv").write_text("".join(f"{t},{t * t}\n" for t in range(100)))
+    (tmp_path / "case.nml").write_text(
+        '&body name = "rod", shape = "rod", mass = 1, from = 0, 0, 0, to = 1, 0, 0 /\n'
+        '&function name = "drive", kind = "table", table = "drive.csv" /\n'
+        '&joint name = "hinge", type = "revolute", body_2 = "rod", point = 0, 0, 0, axis = 0, 1, 0,\n'
+        ' drive_angle = "drive" /\n&integration t_end = 90, max_step = 1e-3 /\n&output dt = 1 /\n'
+    )
+    settings = {"cwd": tmp_path, "env": environment, "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen([app, "case.nml", "--quiet"], **settings)
+    time.sleep(0.5)
+    process.terminate()
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == INTERRUPTED, error
+    (tmp_path / "drive.csv").write_text("".join(f"{t},{2 * t * t}\n" for t in range(100)))
+    command = [app, "--restart", "results/case/checkpoint.taut", "--quiet"]
+    done = subprocess.run(command, check=False, **settings)
+    assert done.returncode == 1
+    assert "table of it was changed since" in done.stderr
 
 
 def test_two_at_once(interrupted: Path, whole: Path, start: Start) -> None:

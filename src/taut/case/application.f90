@@ -8,6 +8,7 @@ module taut_case_application
    use taut_case_command_line, only: command_line_t, path_t, read_command_line, usage
    use taut_case_group, only: declared_t
    use taut_case_help, only: case_help, case_reference
+   use taut_case_identity, only: identity
    use taut_case_kind, only: case_kind_t
    use taut_case_namelist_file, only: check_names, namelist_file_t
    use taut_case_posix, only: make_folder
@@ -204,10 +205,12 @@ contains
       type(namelist_file_t), intent(in) :: file
       character(*), intent(in) :: case_text
       type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: text
 
-      if (file%content /= case_text .or. len(file%content) /= len(case_text)) then
-         call raise(error, line%restart, 'the checkpoint belongs to another case, or '//file%path//' was changed since', &
-                    'restart with the case as it was, or run it anew')
+      call identity(file, text)
+      if (text /= case_text .or. len(text) /= len(case_text)) then
+         call raise(error, line%restart, 'the checkpoint belongs to another case, or '//file%path// &
+                    ' or a table of it was changed since', 'restart with the case as it was, or run it anew')
       else if (line%out_given .and. plain(line%out//'/'//file%name) /= plain(folder_of(line%restart))) then
          call raise(error, line%restart, 'the checkpoint is not in the folder '//line%out//'/'//file%name, &
                     'leave --out out: the results go where the checkpoint is, beside their unfinished files')

@@ -99,6 +99,7 @@ contains
       own = program_text()
       other = own
       call archive%list('program', other)
+      if (.not. allocated(other)) other = ''
       if (archive%reading .and. .not. allocated(archive%error)) then
          if (other /= own) then
             call raise(error, path, 'the checkpoint was written by another build: '//flat(other), &
@@ -109,6 +110,7 @@ contains
       own = blas_text()
       other = own
       call archive%list('blas', other)
+      if (.not. allocated(other)) other = ''
       if (archive%reading .and. .not. any_blas .and. .not. allocated(archive%error)) then
          if (other /= own) then
             call raise(error, path, 'the checkpoint was written with another BLAS or kernel: '//other//', not '//own, &
@@ -118,6 +120,7 @@ contains
       end if
       other = app
       call archive%list('app', other)
+      if (.not. allocated(other)) other = ''
       if (archive%reading .and. .not. allocated(archive%error)) then
          if (other /= app) then
             call raise(error, path, 'the checkpoint belongs to the app '//other, 'restart it with that app')

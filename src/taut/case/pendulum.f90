@@ -36,9 +36,9 @@ contains
       call entries%group('pendulum', 'a point mass on a rigid rod')
       call entries%item('mass', self%mass, 'kg', 'mass of the bob', above=0.0_wp)
       call entries%item('length', self%length, 'm', 'length of the rod', above=0.0_wp)
-      call entries%item('gravity', self%gravity, 'm/s^2', 'acceleration against y')
+      call entries%item('gravity', self%gravity, 'm/s^2', 'acceleration against z')
       call entries%item('constraint_copies', self%constraint_copies, 'how often the constraint is stated', least=1)
-      call entries%item('position', self%position, 'm', 'x and y of the bob at the start; the pivot is at 0, 0')
+      call entries%item('position', self%position, 'm', 'x and z of the bob at the start; the pivot is at 0, 0')
       call entries%item('velocity', self%velocity, 'm/s', 'its velocity at the start')
    end subroutine declare
 

@@ -7,6 +7,7 @@ module taut_case_run
    use taut_case_blas, only: blas_text
    use taut_case_checkpoint, only: checkpoint_file, store_origin, watch_t, write_checkpoint
    use taut_case_csv, only: csv_field, csv_t
+   use taut_case_identity, only: identity
    use taut_case_number, only: number_text
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_posix, only: remove_file, remove_remainders
@@ -45,6 +46,8 @@ module taut_case_run
 
    !> How far a case is; checkpoints hold it.
    type :: progress_of_case_t
+      !> What the results depend on besides the program, as it was when the case was begun; not passed through an archive.
+      character(:), allocatable :: identity
       !> The method at work.
       integer :: method = 1
       !> Lines of the summary and of the table of events so far, each with its line end.
@@ -148,10 +151,13 @@ contains
       if (.not. there) call remove_remainders(options%folder//'/', '.part')
       if (.not. checkpoint%reading) call write_quantities(options%folder//'/model.csv', model%quantities(), error)
       if (allocated(error)) return
+      call identity(file, progress%identity)
       progress%rows = ''
       progress%events = ''
       if (checkpoint%reading) then
          call progress%serialize(checkpoint)
+         call check_progress(progress, size(settings%methods), options%folder//'/'//checkpoint_file, checkpoint, error)
+         if (allocated(error)) return
          do i = 1, progress%method - 1
             inquire (file=options%folder//'/'//settings%methods(i)%label//'.csv', exist=there)
             if (.not. there) call raise(error, options%folder//'/'//settings%methods(i)%label//'.csv', &
@@ -363,6 +369,21 @@ contains
       end do
    end function notes
 
+   !> What is restored must be of this case: a file whose checksum fits may have been made by anyone.
+   subroutine check_progress(progress, methods, path, checkpoint, error)
+      type(progress_of_case_t), intent(in) :: progress
+      integer, intent(in) :: methods
+      character(*), intent(in) :: path
+      type(archive_t), intent(inout) :: checkpoint
+      type(error_t), allocatable, intent(inout) :: error
+
+      if (allocated(checkpoint%error)) call move_alloc(checkpoint%error, error)
+      if (allocated(error)) return
+      if (progress%method < 1 .or. progress%method > methods .or. .not. allocated(progress%rows) .or. &
+          .not. allocated(progress%events) .or. .not. abs(progress%seconds) <= huge(1.0_wp)) &
+         call raise(error, path, 'the checkpoint tells of a case with other methods', 'run the case anew')
+   end subroutine check_progress
+
    !> What a checkpoint says of the method at work.
    subroutine restore(checkpoint, folder, recorder, model, settings, simulation, error)
       type(archive_t), intent(inout) :: checkpoint
@@ -374,6 +395,9 @@ contains
       type(error_t), allocatable, intent(inout) :: error
 
       call simulation%serialize(checkpoint)
+      if (simulation%result%status /= status_interrupted .and. .not. allocated(checkpoint%error)) &
+         call raise(checkpoint%error, folder//'/'//checkpoint_file, 'the checkpoint is not of a run under way', &
+                    'run the case anew')
       call recorder%prepare(model, settings%columns, settings%t_start, settings%t_end, error)
       if (allocated(error)) return
       call recorder%serialize(checkpoint, folder, error)
@@ -397,7 +421,7 @@ contains
 
       call checkpoint%clear()
       path = file%path
-      text = file%content
+      text = progress%identity
       call store_origin(checkpoint, options%folder//'/'//checkpoint_file, options%app, .true., path, text, error)
       call progress%serialize(checkpoint)
       call simulation%serialize(checkpoint)

@@ -430,6 +430,7 @@ contains
       class(integrator_t), intent(inout) :: self
       !> The archive.
       type(archive_t), intent(inout) :: archive
+      logical :: sound
 
       call self%step%serialize(archive)
       call archive%item('start', self%t_start)
@@ -442,6 +443,13 @@ contains
       call archive%item('steps in the window', self%in_window)
       call archive%item('step before the window', self%h_before)
       call self%search%serialize(archive)
+      if (allocated(archive%error) .or. .not. archive%reading) return
+      sound = allocated(self%stops)
+      if (sound) sound = self%stop >= 1 .and. self%stop <= size(self%stops) .and. all(ieee_is_finite(self%stops)) .and. &
+                         ieee_is_finite(self%step%direction)
+      if (sound) sound = abs(abs(self%step%direction) - 1.0_wp) <= 0.0_wp
+      if (.not. sound) &
+         call raise(archive%error, 'archive', 'it is of no integration under way', 'use the program that wrote it')
    end subroutine serialize
 
 end module taut_ode_integrate

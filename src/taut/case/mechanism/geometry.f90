@@ -22,7 +22,7 @@ module taut_case_mechanism_geometry
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_case_checksum, only: add_to_checksum
-   use taut_case_csv, only: csv_t
+   use taut_case_csv, only: csv_field, csv_t
    use taut_case_number, only: number_text
    use taut_case_namelist_file, only: namelist_file_t
    use taut_model_mechanism, only: mechanism_t
@@ -58,7 +58,7 @@ contains
       call table%create(folder//'/geometry.csv', error)
       if (allocated(error)) return
       call table%put(header, error)
-      call put('case', file%name, checksum(file%content))
+      call put('case', csv_field(file%name), checksum(file%content))
       call put('analysis', '', trim(analysis))
       call put('mechanism', '', trim(merge('planar ', 'spatial', model%planar)), axis_1=upwards(model))
       node = .false.

@@ -2,6 +2,8 @@
 module taut_case_mechanism_table
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
+   use taut_case_identity, only: beside
+   use taut_case_posix, only: read_whole
    implicit none (type, external)
    private
    public :: read_table
@@ -21,38 +23,45 @@ contains
       real(wp), allocatable, intent(out) :: values(:)
       !> A file or a line that cannot be read.
       type(error_t), allocatable, intent(inout) :: error
-      character(:), allocatable :: whole
-      character(len=200) :: message
+      character(:), allocatable :: text, whole
       character(len=1000) :: line
-      integer :: number, status, unit
-      logical :: exists, first, fits
+      integer :: i, number, rows, start, stop_at
+      logical :: done, exists, first, fits
       real(wp) :: row(2)
 
       allocate (times(0), values(0))
-      whole = path
-      if (index(path, '/') /= 1) whole = case_path(:index(case_path, '/', back=.true.))//path
+      whole = beside(case_path, path)
       inquire (file=whole, exist=exists)
       if (.not. exists) then
          call raise(error, '', 'there is no table '//whole, 'give its path from the folder of the case file')
          return
       end if
-      open (newunit=unit, file=whole, action='read', status='old', iostat=status, iomsg=message)
-      if (status /= 0) then
-         call raise(error, '', 'the table '//whole//' cannot be opened: '//trim(message), 'check its permissions')
+      call read_whole(whole, text, done)
+      if (.not. done) then
+         call raise(error, '', 'the table '//whole//' cannot be read', &
+                    'give a text file, no folder and no pipe; check its permissions')
          return
       end if
+      ! Room for all rows that there can be: lists that grow one by one take the square of the time.
+      deallocate (times, values)
+      allocate (times(1 + count([(text(i:i) == new_line('a'), i=1, len(text))])))
+      allocate (values(size(times)))
       number = 0
+      rows = 0
+      start = 1
       first = .true.
-      do
-         read (unit, '(a)', iostat=status) line
-         if (status /= 0) exit
+      do while (start <= len(text))
+         stop_at = start + index(text(start:)//new_line('a'), new_line('a')) - 2
+         line = text(start:stop_at)
+         start = stop_at + 2
          number = number + 1
          call blank_out(line)
          if (len_trim(line) == 0 .or. line(1:1) == '#') cycle
          call read_row(line, row, fits)
          if (fits) then
-            times = [times, row(1)]
-            values = [values, row(2)]
+            rows = rows + 1
+            times(rows) = row(1)
+            values(rows) = row(2)
          else if (.not. (first .and. is_heading(line))) then
             call raise(error, '', 'line '//to_text(number)//' of the table '//whole//' is not two numbers with a comma '// &
                        'between them: '//line(:min(40, len_trim(line))), 'write time,value in each line, with decimal points')
@@ -60,8 +69,9 @@ contains
          end if
          first = .false.
       end do
-      close (unit)
-      if (size(times) < 2) call raise(error, '', 'the table '//whole//' has fewer than two rows of numbers', &
+      times = times(:rows)
+      values = values(:rows)
+      if (rows < 2) call raise(error, '', 'the table '//whole//' has fewer than two rows of numbers', &
                                       'write time,value in each line')
    end subroutine read_table
 
