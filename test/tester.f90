@@ -19,6 +19,7 @@ program tester
    use test_ode_edges, only: collect_ode_edges
    use test_stepper, only: collect_stepper
    use test_dop853, only: collect_dop853
+   use test_problem, only: collect_problem
    use test_projection_check, only: collect_projection_check
    use test_projection_matrices, only: collect_projection_matrices
    use test_settings, only: collect_settings
@@ -66,6 +67,7 @@ program tester
    call run_suite('system', collect_system(), trim(only), outcome)
    call run_suite('blow', collect_blow(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
+   call run_suite('problem', collect_problem(), trim(only), outcome)
    call run_suite('jet', collect_jet(), trim(only), outcome)
    call run_suite('automatic', collect_automatic(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)

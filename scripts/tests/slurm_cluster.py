@@ -12,12 +12,13 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import debian
+from debian import PATH
+
 # Seconds. Slurm looks for what it may have missed once a minute, and the machine may be busy.
 PATIENCE = 180
 PACKAGES = ("slurm-wlm", "munge")
 PROGRAMS = ("munged", "mungekey", "slurmctld", "slurmd", "sbatch", "scancel", "scontrol", "sinfo", "squeue")
-# Where Debian has daemons; an ordinary user's PATH may lack it.
-PATH = os.pathsep.join([os.environ.get("PATH", "/usr/bin:/bin"), "/usr/sbin", "/sbin"])
 
 # No cgroups, no accounting, and none of a real cluster's patience: a container has no service manager, and
 # the tests have no time. cred_expire is also how long a requeued job waits before it may start again.
@@ -263,13 +264,11 @@ def install() -> None:
     """Installs Slurm where it is missing, and starts none of its services."""
     if not missing():
         return
-    if not shutil.which("apt-get"):
-        raise NoSlurmError(f"there is no {missing()[0]}, and no apt-get to install it")
-    if os.getuid() != 0:
-        raise NoSlurmError(f"there is no {missing()[0]}; as root: apt-get install {' '.join(PACKAGES)}")
-    with no_services():
-        _apt_get("update", check=False)
-        _apt_get("-o", "DPkg::Lock::Timeout=300", "install", "--yes", "--no-install-recommends", *PACKAGES)
+    try:
+        with no_services():
+            debian.install(*PACKAGES)
+    except debian.NoPackageError as why:
+        raise NoSlurmError(f"there is no {missing()[0]}: {why}") from None
     if missing():
         raise NoSlurmError(f"there is no {missing()[0]} in {' and '.join(PACKAGES)}")
 
@@ -283,7 +282,7 @@ def missing() -> list[str]:
 def no_services() -> Iterator[None]:
     """Tells Debian not to start what it installs; a policy of the machine's own is left alone."""
     policy = Path("/usr/sbin/policy-rc.d")
-    if policy.exists():
+    if policy.exists() or os.getuid() != 0:
         yield
         return
     policy.write_text("#!/bin/sh\nexit 101\n")
@@ -292,16 +291,3 @@ def no_services() -> Iterator[None]:
         yield
     finally:
         policy.unlink(missing_ok=True)
-
-
-def _apt_get(*arguments: str, check: bool = True) -> None:
-    done = subprocess.run(
-        ["apt-get", *arguments],
-        env=os.environ | {"DEBIAN_FRONTEND": "noninteractive", "PATH": PATH},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if check and done.returncode:
-        raise NoSlurmError(f"apt-get {' '.join(arguments)}: {done.stderr.strip()[-500:]}")
