@@ -1,11 +1,11 @@
 !> Tests of the implicit integrator: order, stiffness, constraints of all kinds.
 module test_radau
+   use springs, only: new_spring, spring_t
    use systems, only: actuator, bead, driven_pivot, new_compound, new_coupler, new_particle, sleigh, sleigh_in_space
-   use taut, only: block_diagonal_t, constrained_ode_t, error_t, integration_options_t, integration_result_t, &
+   use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, &
                    mechanical_system_t, method_names, method_t, ode_system_t, integrator_t, rhs_ok, rhs_retry, sample_t, simulate, &
                    state_t, &
                    status_not_finite, status_reached_end, trajectory_t, wp
-   use taut_constrained_system_stiff, only: stiff_system_t
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
@@ -20,18 +20,6 @@ module test_radau
    contains
       procedure :: rhs => relaxation_rhs
    end type relaxation_t
-
-   !> A unit mass on a spring from the origin, of length 1; as elastic row or as a force alone; damped or not.
-   type, extends(stiff_system_t) :: spring_t
-      real(wp) :: k = 1.0e8_wp, tau = 0.0_wp
-   contains
-      procedure :: mass => spring_mass
-      procedure :: force => spring_force
-      procedure :: soft_force => spring_soft_force
-      procedure :: elastic_pattern => spring_pattern
-      procedure :: elastic_rows => spring_rows
-      procedure :: elastic_stiffness => spring_stiffness
-   end type spring_t
 
    real(wp), parameter :: g = 9.81_wp
 
@@ -65,76 +53,6 @@ contains
       info = merge(rhs_ok, rhs_retry, t <= self%last)
       dydt = [-self%k*(y(1) - cos(t)) - sin(t)]
    end subroutine relaxation_rhs
-
-   subroutine spring_mass(self, at, m)
-      class(spring_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      type(block_diagonal_t), intent(inout) :: m
-
-      call m%set_identity()
-      associate (unused_system => self, unused_state => at)
-      end associate
-   end subroutine spring_mass
-
-   subroutine spring_force(self, at, value)
-      class(spring_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      real(wp), intent(out) :: value(:)
-      real(wp) :: strain(1), e(2)
-
-      call self%elastic_rows(at, strain, e)
-      value = [0.0_wp, -g] - self%k*strain(1)*e
-   end subroutine spring_force
-
-   subroutine spring_soft_force(self, at, value)
-      class(spring_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      real(wp), intent(out) :: value(:)
-
-      if (self%n_elastic == 0) then
-         call self%force(at, value)
-      else
-         value = [0.0_wp, -g]
-      end if
-   end subroutine spring_soft_force
-
-   subroutine spring_pattern(self, first, column)
-      class(spring_t), intent(in) :: self
-      integer, allocatable, intent(out) :: first(:), column(:)
-
-      first = [1]
-      column = [integer ::]
-      if (self%n_elastic == 0) return
-      first = [1, 3]
-      column = [1, 2]
-   end subroutine spring_pattern
-
-   subroutine spring_rows(self, at, strain, values)
-      class(spring_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      real(wp), intent(out) :: strain(:), values(:)
-
-      values = at%x/norm2(at%x)
-      strain = norm2(at%x) - 1.0_wp + self%tau*dot_product(values, at%v)
-   end subroutine spring_rows
-
-   subroutine spring_stiffness(self, stiffness)
-      class(spring_t), intent(in) :: self
-      type(block_diagonal_t), intent(inout) :: stiffness
-
-      call stiffness%init([1])
-      call stiffness%set_diagonal([self%k])
-   end subroutine spring_stiffness
-
-   !> A spring as an elastic row.
-   function new_spring(k) result(spring)
-      real(wp), intent(in) :: k
-      type(spring_t) :: spring
-
-      spring%k = k
-      call spring%define(n=2, c=0, mass_blocks=[1, 1])
-      spring%n_elastic = 1
-   end function new_spring
 
    function radau(rtol) result(options)
       real(wp), intent(in) :: rtol

@@ -192,6 +192,8 @@ contains
       call compare('coupler', new_coupler(3), at, 1.0_wp, method_t(), options, failure)
       options%integrator = 'radau'
       call compare('coupler, implicit', new_coupler(3), at, 1.0_wp, method_t(), options, failure)
+      options%integrator = 'generalized-alpha'
+      call compare('coupler, generalized-alpha', new_coupler(3), at, 1.0_wp, method_t(), options, failure)
    end subroutine systems_continue
 
    subroutine swing_continues(failure)
@@ -207,6 +209,8 @@ contains
       call compare('swing', swing, swing%reference_state(), 2.0e-3_wp, method_t(), options, failure)
       options%integrator = 'radau'
       call compare('swing, implicit', swing, swing%reference_state(), 0.15_wp, method_t(), options, failure)
+      options%integrator = 'generalized-alpha'
+      call compare('swing, generalized-alpha', swing, swing%reference_state(), 0.15_wp, method_t(), options, failure)
    end subroutine swing_continues
 
    subroutine backward(failure)

@@ -12,6 +12,7 @@ program tester
    use test_constrained, only: collect_constrained
    use test_helicopter, only: collect_helicopter
    use test_faults, only: collect_faults
+   use test_generalized_alpha, only: collect_generalized_alpha
    use test_jet, only: collect_jet
    use test_helicopter_motion, only: collect_helicopter_motion
    use test_pendulum, only: collect_pendulum
@@ -73,6 +74,7 @@ program tester
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('modal body', collect_modal_body(), trim(only), outcome)
    call run_suite('radau', collect_radau(), trim(only), outcome)
+   call run_suite('generalized-alpha', collect_generalized_alpha(), trim(only), outcome)
    call run_suite('builder', collect_builder(), trim(only), outcome)
    call run_suite('restart', collect_restart(), trim(only), outcome)
    call run_suite('ritz', collect_ritz(), trim(only), outcome)

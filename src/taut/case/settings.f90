@@ -8,10 +8,11 @@ module taut_case_settings
    use taut_case_namelist_file, only: namelist_file_t
    use taut_constrained_method_choose, only: check_method
    use taut_constrained_method_options, only: method_names, method_t
+   use taut_constrained_stepper_choose, only: choose_constrained_stepper, integrator_names
    use taut_linalg_normal_solver_choose, only: solver_names
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t
-   use taut_ode_stepper_choose, only: integrator_names
+   use taut_ode_stepper, only: stepper_t
    implicit none (type, external)
    private
    public :: settings_t, method_entry_t, output_group_t, read_settings, declare_shared, longest_name
@@ -111,8 +112,10 @@ contains
          call entries%item('max_step', o%max_step, 's', 'longest step', above=0.0_wp)
          call entries%item('max_steps', o%max_steps, 'a run that needs more steps, rejected ones included, ends', least=1)
          call entries%item('integrator', o%integrator, 'formulas of a step: "dopri5", the paper''s, of order 5; '// &
-                           '"dop853", of order 8, for errors of 1e-7 and below; "radau", implicit, for stiff systems', &
-                           integrator_names)
+                           '"dop853", of order 8, for errors of 1e-7 and below; "radau", implicit, for stiff systems; '// &
+                           '"generalized-alpha", implicit, of order 2, with method "present"', integrator_names)
+         call entries%item('spectral_radius', o%spectral_radius, '', 'generalized-alpha: what a step leaves of oscillations '// &
+                           'that are short against it', least=0.0_wp, most=1.0_wp)
          call entries%item('step_control', o%step_control, 'how steps are chosen; "fixed": all of first_step; '// &
                            '"odepkg-2009": the test behind the paper''s numbers, not for use', &
                            [character(len=16) :: 'standard', 'fixed', 'odepkg-2009'])
@@ -152,7 +155,8 @@ contains
                            [character(len=8) :: 'identity', 'mass', 'given'])
          call entries%item('stage_projection', m%stage_projection, 'present: whether x is projected before every right-hand side', &
                            [character(len=6) :: 'newton', 'none'])
-         call entries%item('state_projection', m%state_projection, 'present: what is projected after each step', &
+         call entries%item('state_projection', m%state_projection, 'present: what is projected after each step; '// &
+                           'generalized-alpha: "position" is index 3', &
                            [character(len=17) :: 'none', 'position', 'position-velocity'])
          call entries%item('form', m%form, 'present: what is corrected, Sect. 3.5 (h) or (g)', &
                            [character(len=12) :: 'acceleration', 'force'])
@@ -190,6 +194,7 @@ contains
       type(output_group_t) :: plain_output
       type(integrator_t) :: checked
       type(method_entry_t) :: one, unread
+      class(stepper_t), allocatable :: stepper
       integer :: i, methods
 
       if (present(weight)) unread%method%weight = weight
@@ -201,7 +206,8 @@ contains
          case ('integration')
             call read_group(file, file%groups(i), integration, error)
             if (.not. allocated(error)) then
-               call checked%init(1, integration%options, error)
+               call choose_constrained_stepper(integration%options, method_t(), stepper, error)
+               if (.not. allocated(error)) call checked%init(1, integration%options, error, stepper)
                if (integration%t_end < integration%t_start) &
                   call raise(error, 'integration', 't_end = '//to_text(integration%t_end)//' is before t_start = '// &
                              to_text(integration%t_start), 'give a later end')
@@ -227,6 +233,13 @@ contains
          end select
       end do
       if (allocated(error)) return
+      methods = 0
+      do i = 1, size(file%groups)
+         if (file%groups(i)%name /= 'method') cycle
+         methods = methods + 1
+         call choose_constrained_stepper(integration%options, settings%methods(methods)%method, stepper, error)
+         call file%locate(file%groups(i), error)
+      end do
       if (methods == 0) then
          settings%methods(1) = unread
          settings%methods(1)%label = trim(unread%method%name)

@@ -12,7 +12,7 @@
 !! W u + A^T dmu = -W rx, A u = rpsi - s rphi; the second
 !! (M s^2 + D s + K) dx + A^T dlambda = -rv + (M s + D) u, A dx = -rphi, with dsigma = k B (dx + tau dv) + rsigma eliminated into
 !! K, D and the right-hand side. Redundant rows are left out of both, so that neither
-!! matrix is singular.
+!! matrix is singular. In methods of second order, s of dv is another number than that of dx.
 module taut_constrained_implicit
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
@@ -36,6 +36,11 @@ module taut_constrained_implicit
    type, extends(stage_equations_t) :: implicit_form_t
       !> Velocity, or constraint as a negative number, at which the last matrix was singular; 0 if none was.
       integer :: singular_at = 0
+      !> Whether mu is an unknown, so that velocities are on their constraints; else those of holonomic ones are left to the
+      !! coordinates (index 3), and the residual of mu is of no account.
+      logical :: stabilized = .true.
+      !> Where d/dt of velocities and of w is replaced by another number than that of coordinates: their ratio.
+      real(wp) :: second = 1.0_wp
       class(mechanical_system_t), allocatable, private :: model
       integer, private :: n_v = 0, n_x = 0, n_w = 0, c = 0, n_phi = 0, n_e = 0
       type(coupling_t), private :: coupling
@@ -72,6 +77,7 @@ module taut_constrained_implicit
       procedure :: solve
       procedure :: multiply
       procedure :: start
+      procedure :: displacement
    end type implicit_form_t
 
 contains
@@ -492,7 +498,7 @@ contains
       real(wp) :: value
 
       p = size(self%k)
-      self%complex_values(:p) = (self%mass*s + self%d)*s + self%k
+      self%complex_values(:p) = (self%mass*(self%second*s) + self%d)*s + self%k
       do j = 1, self%n_w
          do i = 1, self%n_v
             self%complex_values(p + 1) = -self%f_w(i, j)
@@ -502,7 +508,7 @@ contains
          do i = 1, self%n_w
             p = p + 1
             self%complex_values(p) = -self%g_w(i, j)
-            if (i == j) self%complex_values(p) = s + self%complex_values(p)
+            if (i == j) self%complex_values(p) = self%second*s + self%complex_values(p)
          end do
       end do
       associate (a => self%projector%a)
@@ -551,7 +557,7 @@ contains
       associate (x => self%unknown, a => self%projector%a)
          x(:) = (0.0_wp, 0.0_wp)
          x(:n) = -r(n_x + 1:n_x + n)
-         call add_product(self%coupling, s, self%mass, self%d, self%u, x(:n))
+         call add_product(self%coupling, self%second*s, self%mass, self%d, self%u, x(:n))
          if (self%n_e > 0) call add_elastic_force(self, r(n_y + 2*c + 1:))
          do i = 1, n_w
             x(n + i) = -r(n_x + n + i)
@@ -653,7 +659,7 @@ contains
       complex(wp), intent(inout), contiguous :: mu(:)
 
       mu(:) = (0.0_wp, 0.0_wp)
-      if (self%n_phi == 0) return
+      if (self%n_phi == 0 .or. .not. self%stabilized) return
       call to_parts(self%u, self%part_v, self%other_v)
       call to_parts(self%wanted, self%part_c, self%other_c)
       call self%projector%meet_holonomic(self%part_c, self%part_v, self%mu)
@@ -736,6 +742,16 @@ contains
          r(i) = r(i) + cmplx(0.0_wp, self%strain(i), wp)
       end do
    end subroutine internal_forces
+
+   !> dx of the last correction with a real number s, along the velocities.
+   pure subroutine displacement(self, d)
+      !> The form, as `solve` left it.
+      class(implicit_form_t), intent(in) :: self
+      !> Displacement: (velocities).
+      real(wp), intent(out), contiguous :: d(:)
+
+      d(:) = self%real_x(:self%n_v)
+   end subroutine displacement
 
    !> What d/dt stands before: {xdot; M vdot; wdot} at the linearization.
    pure subroutine multiply(self, q, r)

@@ -7,6 +7,7 @@ module taut_constrained_simulate
    use taut_constrained_method_choose, only: new_constrained_ode
    use taut_constrained_first_look, only: first_look
    use taut_constrained_method_options, only: method_t
+   use taut_constrained_stepper_choose, only: choose_constrained_stepper
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_ode_event, only: events_t
@@ -15,6 +16,7 @@ module taut_constrained_simulate
    use taut_ode_observer, only: observer_t
    use taut_ode_pause, only: pause_t
    use taut_ode_status, only: status_not_started
+   use taut_ode_stepper, only: stepper_t
    implicit none (type, external)
    private
    public :: simulate, simulation_t
@@ -55,13 +57,16 @@ contains
       type(integration_options_t), intent(in), optional :: options
       type(method_t) :: chosen
       type(integration_options_t) :: settings
+      class(stepper_t), allocatable :: stepper
 
       if (present(method)) chosen = method
       if (present(options)) settings = options
       call new_constrained_ode(self%ode, model, chosen, error)
       if (allocated(error)) return
       call leave_out_counters(model, self%ode%size(), settings)
-      call self%integrator%init(self%ode%size(), settings, error)
+      call choose_constrained_stepper(settings, chosen, stepper, error)
+      if (allocated(error)) return
+      call self%integrator%init(self%ode%size(), settings, error, stepper)
       if (allocated(error)) return
       allocate (self%y(self%ode%size()), source=0.0_wp)
       allocate (self%at%x(model%n_x), self%at%v(model%n), self%at%w(model%n_w), source=0.0_wp)

@@ -13,7 +13,9 @@ module taut_ode_options
    !> How to integrate; every entry has a default.
    type :: integration_options_t
       !> Stepper: one of `integrator_names`; `dopri5` is the pair of order 5(4) of Dormand and Prince.
-      character(len=16) :: integrator = 'dopri5'
+      character(len=24) :: integrator = 'dopri5'
+      !> `generalized-alpha`: what is left per step of an oscillation whose period is short against the step, 0 to 1.
+      real(wp) :: spectral_radius = 0.8_wp
       !> Relative tolerance.
       real(wp) :: rtol = 1.0e-6_wp
       !> Absolute tolerance, in the unit of each component.

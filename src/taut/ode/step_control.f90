@@ -46,6 +46,7 @@ module taut_ode_step_control
       procedure :: init
       procedure :: renew
       procedure :: norm
+      procedure :: cautious_start
       procedure :: decide
       procedure :: reduce
       procedure :: serialize
@@ -156,6 +157,27 @@ contains
          end do
       end if
    end function norm
+
+   !> Length of a first step where a state's derivative is all that is known: by which the state moves by a thousandth of itself.
+   pure function cautious_start(self, ydot, y, longest) result(h)
+      !> The controller.
+      class(step_control_t), intent(in) :: self
+      !> Derivative: (n).
+      real(wp), intent(in), contiguous :: ydot(:)
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Length of the longest first step, with the sign of the direction [s].
+      real(wp), intent(in) :: longest
+      !> Proposed length, with the sign of the direction [s].
+      real(wp) :: h
+      real(wp) :: scale, slope
+
+      h = 1.0e-6_wp
+      slope = self%norm(ydot, y, y)
+      scale = self%norm(y, y, y)
+      if (slope > 1.0e-5_wp .and. scale > 1.0e-5_wp) h = max(h, 1.0e-3_wp*scale/slope)
+      h = sign(min(h, 1.0e-3_wp*abs(longest)), longest)
+   end function cautious_start
 
    !> Judges a step and proposes the length of the next.
    pure subroutine decide(self, h, error, y0, y1, h_next, accepted)

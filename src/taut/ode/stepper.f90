@@ -27,7 +27,7 @@ module taut_ode_stepper
    !> A method of integration with its history and workspace; nothing is allocated after `init`.
    type, abstract :: stepper_t
       !> By which it is chosen.
-      character(len=16) :: name = ''
+      character(len=24) :: name = ''
       !> Size of the state, from `init` on.
       integer :: n = 0
       !> Order of the solution that is continued.

@@ -7,7 +7,7 @@ module taut_ode_stepper_choose
    use taut_ode_stepper_radau, only: radau_t
    implicit none (type, external)
    private
-   public :: choose_stepper, integrator_names
+   public :: choose_stepper, integrator_names, refuse_name
 
    !> All of them.
    character(len=16), parameter :: integrator_names(3) = [character(len=16) :: 'dopri5', 'dop853', 'radau']
@@ -22,8 +22,6 @@ contains
       class(stepper_t), allocatable, intent(out) :: stepper
       !> A name that is unknown.
       type(error_t), allocatable, intent(inout) :: error
-      character(:), allocatable :: known
-      integer :: i
 
       select case (name)
       case ('dopri5')
@@ -33,14 +31,28 @@ contains
       case ('radau')
          allocate (radau_t :: stepper)
       case default
-         known = ''
-         do i = 1, size(integrator_names)
-            known = known//', "'//trim(integrator_names(i))//'"'
-         end do
-         call raise(error, 'integration options', 'integrator = "'//trim(name)//'" is unknown', 'use one of '//known(3:))
+         call refuse_name(name, integrator_names, error)
          return
       end select
       stepper%name = name
    end subroutine choose_stepper
+
+   !> A name that is none of those that are known.
+   subroutine refuse_name(name, known, error)
+      !> The name.
+      character(*), intent(in) :: name
+      !> Those that are.
+      character(*), intent(in) :: known(:)
+      !> Says so.
+      type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: list
+      integer :: i
+
+      list = ''
+      do i = 1, size(known)
+         list = list//', "'//trim(known(i))//'"'
+      end do
+      call raise(error, 'integration options', 'integrator = "'//trim(name)//'" is unknown', 'use one of '//list(3:))
+   end subroutine refuse_name
 
 end module taut_ode_stepper_choose

@@ -8,10 +8,10 @@
 module taut_ode_stepper_radau
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
-   use taut_ode_stage_equations, only: plain_equations_t
+   use taut_ode_newton, only: good_contraction, most_iterations, newton_t
    use taut_ode_step_control, only: step_control_t
    use taut_ode_stepper, only: stepper_t
-   use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_failed, rhs_not_solved, rhs_ok, stage_equations_t, step_end
+   use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_failed, rhs_not_solved, rhs_ok, step_end
    implicit none (type, external)
    private
    public :: radau_t
@@ -35,7 +35,7 @@ module taut_ode_stepper_radau
    real(wp), parameter :: nu_real = 30.0_wp/(6.0_wp + root_2 - root)
    real(wp), parameter :: inverse_real = (12.0_wp - root_2 + root)/60.0_wp, inverse_imaginary = (root_2 + root)*sqrt(3.0_wp)/60.0_wp
    real(wp), parameter :: square = inverse_real**2 + inverse_imaginary**2
-   complex(wp), parameter :: nu_complex = cmplx(inverse_real/square, inverse_imaginary/square, wp)
+   complex(wp), parameter :: nu(2) = [cmplx(nu_real, 0.0_wp, wp), cmplx(inverse_real/square, inverse_imaginary/square, wp)]
    !> Eigenvectors of d, and their inverse, rounded as in RADAU5 of E. Hairer and G. Wanner; column by column.
    real(wp), parameter :: from_modes(3, 3) = reshape([ &
       9.1232394870892942792e-02_wp, 0.24171793270710701896_wp, 0.96604818261509293619_wp, &
@@ -48,18 +48,10 @@ module taut_ode_stepper_radau
    !> The estimate of the error: ydot + e z/h.
    real(wp), parameter :: e(3) = [-(13.0_wp + 7.0_wp*s6)/3.0_wp, (-13.0_wp + 7.0_wp*s6)/3.0_wp, -1.0_wp/3.0_wp]
 
-   !> Iterations of Newton's method at the most.
-   integer, parameter :: most_iterations = 10
-   !> The contraction of the step before is not trusted to be better than this where one iteration is to be enough.
-   real(wp), parameter :: least_trust = 1.0e-2_wp
-   !> Contraction up to which a Jacobian is kept for the next step.
-   real(wp), parameter :: good_contraction = 0.3_wp
    !> The step and the factors are kept while the step could grow by no more than this.
    real(wp), parameter :: worth_growing = 1.2_wp
    !> After an iteration that failed: the share of the step that is allowed next, and its growth per step.
    real(wp), parameter :: cap_after_failure = 0.8_wp, growth_of_cap = 1.05_wp
-   !> An iteration whose corrections are this large, in units of the tolerance, has gone astray.
-   real(wp), parameter :: hopeless = 1.0e30_wp
    !> The least error that the predictive controller remembers.
    real(wp), parameter :: least_error = 1.0e-2_wp
    !> Limits of the change of a step, and safety.
@@ -67,17 +59,12 @@ module taut_ode_stepper_radau
 
    !> The stepper and what it remembers.
    type, extends(stepper_t) :: radau_t
-      class(stage_equations_t), allocatable, private :: equations
+      type(newton_t), private :: newton
       integer, private :: n_z = 0
-      !> Of the last accepted step: its length and its error; the step of the factors; how fast Newton's iteration contracts, and by
-      !! how much it is still off after its last correction; the longest step allowed after a failure.
-      real(wp), private :: h_old = 0.0_wp, error_old = 0.0_wp, h_factors = 0.0_wp, contraction = 1.0_wp, eta = 1.0_wp
-      real(wp), private :: cap = huge(1.0_wp)
-      !> Whether there is a step before; a Jacobian, built for this very step; whether a try was rejected; whether z is known.
-      logical, private :: has_history = .false., has_jacobian = .false., fresh = .false., rejected = .false., knows_z = .false.
-      !> Where the Jacobian was built.
-      real(wp), private :: t_jacobian = 0.0_wp, h_jacobian = 0.0_wp
-      real(wp), allocatable, private :: y_jacobian(:), ydot_jacobian(:), z_jacobian(:)
+      !> Of the last accepted step: its length and its error; the longest step allowed after a failure.
+      real(wp), private :: h_old = 0.0_wp, error_old = 0.0_wp, cap = huge(1.0_wp)
+      !> Whether there is a step before; whether a try was rejected; whether z is known.
+      logical, private :: has_history = .false., rejected = .false., knows_z = .false.
       !> Derivative and algebraic unknowns at the step's start, and the derivative at its end.
       real(wp), allocatable, private :: ydot(:), z(:), ydot_new(:)
       !> Increments of the stages and their algebraic unknowns, of this try and of the step before.
@@ -110,27 +97,21 @@ contains
       self%n = n
       self%order = 5
       allocate (self%ydot(n), self%ydot_new(n), self%y_stage(n, 3), self%y_last(n, 3), self%rate(n), self%state(n), &
-                self%work_y(n), self%y_jacobian(n), self%ydot_jacobian(n), self%y_start(n), self%shift(n), source=0.0_wp)
+                self%work_y(n), self%y_start(n), self%shift(n), source=0.0_wp)
    end subroutine init
 
    !> Takes the equations of a system; nothing is allocated afterwards.
    subroutine meet_system(self, ode)
       type(radau_t), intent(inout) :: self
       class(ode_system_t), intent(inout) :: ode
-      type(plain_equations_t), allocatable :: plain
       integer :: n
 
-      if (allocated(self%equations)) return
-      call ode%stage_equations(self%equations)
-      if (.not. allocated(self%equations)) then
-         allocate (plain)
-         call plain%init(self%n)
-         call move_alloc(plain, self%equations)
-      end if
-      n = self%equations%n_z
+      if (allocated(self%newton%equations)) return
+      call self%newton%meet(ode, self%n)
+      n = self%newton%equations%n_z
       self%n_z = n
       if (.not. allocated(self%z)) then
-         allocate (self%z(n), self%z_stage(n, 3), self%z_last(n, 3), self%z_jacobian(n), source=0.0_wp)
+         allocate (self%z(n), self%z_stage(n, 3), self%z_last(n, 3), source=0.0_wp)
       end if
       if (.not. allocated(self%z_stage)) allocate (self%z_stage(n, 3), source=0.0_wp)
       n = self%n + n
@@ -152,26 +133,15 @@ contains
       integer, intent(out) :: info
 
       call meet_system(self, ode)
-      call self%equations%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, info)
-      call count_evaluations(self)
+      call self%newton%equations%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, info)
+      call self%newton%count(self%work)
+      call self%newton%forget()
       self%knows_z = info == rhs_ok
       self%has_history = .false.
-      self%has_jacobian = .false.
       self%rejected = .false.
-      self%h_factors = 0.0_wp
-      self%contraction = 1.0_wp
-      self%eta = 1.0_wp
       self%error_old = least_error
       self%cap = huge(1.0_wp)
    end subroutine start
-
-   !> Takes over what the equations have counted.
-   subroutine count_evaluations(self)
-      type(radau_t), intent(inout) :: self
-
-      self%work%rhs = self%work%rhs + self%equations%evaluations
-      self%equations%evaluations = 0
-   end subroutine count_evaluations
 
    !> Length of the first step: by which the state moves by a hundredth of itself, its rates weighed.
    subroutine first_step(self, ode, control, t, y, longest, h)
@@ -189,13 +159,8 @@ contains
       real(wp), intent(in) :: longest
       !> Proposed length, with the sign of the direction [s].
       real(wp), intent(out) :: h
-      real(wp) :: scale, slope
 
-      h = 1.0e-6_wp
-      slope = control%norm(self%ydot, y, y)
-      scale = control%norm(y, y, y)
-      if (slope > 1.0e-5_wp .and. scale > 1.0e-5_wp) h = max(h, 1.0e-3_wp*scale/slope)
-      h = sign(min(h, 1.0e-3_wp*abs(longest)), longest)
+      h = control%cautious_start(self%ydot, y, longest)
       associate (unused_system => ode, unused_time => t)
       end associate
    end subroutine first_step
@@ -224,7 +189,7 @@ contains
       logical, intent(out) :: accepted
       !> `rhs_ok`, or why there is no new state.
       integer, intent(out) :: info
-      integer :: i, used
+      integer :: i
       logical :: converged, stale
 
       accepted = .false.
@@ -236,17 +201,17 @@ contains
             call give_up(self, h, h_next)
             return
          end if
-         call iterate(self, ode, control, t, y, t_new, h, used, converged, info)
-         call count_evaluations(self)
+         call iterate(self, ode, control, t, y, t_new, h, converged, info)
+         call self%newton%count(self%work)
          if (converged) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
-         if (self%fresh .or. info /= rhs_ok) then
+         if (self%newton%fresh .or. info /= rhs_ok) then
             if (info == rhs_ok) info = rhs_not_solved
             call give_up(self, h, h_next)
             return
          end if
          ! A fresh Jacobian first; a shorter step only if that does not help.
-         self%has_jacobian = .false.
+         call self%newton%drop()
       end do
       do i = 1, self%n
          y_new(i) = y(i) + self%y_stage(i, 3)
@@ -255,7 +220,7 @@ contains
       if (control%fixed) then
          accepted = .true.
       else
-         call judge(self, ode, control, y, y_new, h, used, accepted, h_next)
+         call judge(self, ode, control, y, y_new, h, accepted, h_next)
          if (.not. accepted) return
       end if
       self%y_start(:) = y
@@ -279,39 +244,22 @@ contains
       integer, intent(out) :: info
 
       info = rhs_ok
-      if (.not. allocated(self%equations)) then
+      if (.not. allocated(self%newton%equations)) then
          ! Behind a restart.
          call meet_system(self, ode)
-         if (self%has_jacobian) then
-            call linearize_again(self, ode, info)
-            if (info == rhs_ok .and. abs(self%h_factors) > 0.0_wp) call refactorize(self, ode, self%h_factors, info)
-         end if
-         ! This work was counted before.
-         self%equations%evaluations = 0
+         call self%newton%restore(ode, nu, info)
          if (info /= rhs_ok) return
       end if
       call predict(self, h)
-      if (.not. self%has_jacobian) then
-         call renew_jacobian(self, ode, t, y, h, info)
+      if (.not. self%newton%has_jacobian) then
+         ! At the predicted second stage, in the middle of the step.
+         self%state(:) = y + self%y_stage(:, 2)
+         call combine(self%y_stage, d(2, :)/h, self%rate)
+         call self%newton%renew(ode, t + c(2)*h, h, self%state, self%rate, self%z_stage(:, 2), self%work, info)
          if (info /= rhs_ok) return
       end if
-      if (abs(h - self%h_factors) > 0.0_wp) then
-         call refactorize(self, ode, h, info)
-         self%work%factorizations = self%work%factorizations + 1
-      end if
+      call self%newton%factorize(ode, h, nu, self%work, info)
    end subroutine get_matrices
-
-   !> The two matrices for a step.
-   subroutine refactorize(self, ode, h, info)
-      type(radau_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: h
-      integer, intent(out) :: info
-
-      call self%equations%factorize(ode, 1, cmplx(nu_real/h, 0.0_wp, wp), info)
-      if (info == rhs_ok) call self%equations%factorize(ode, 2, nu_complex/h, info)
-      self%h_factors = h
-   end subroutine refactorize
 
    !> Prepares a shorter try after one without a result.
    pure subroutine give_up(self, h, h_next)
@@ -321,19 +269,17 @@ contains
 
       self%cap = cap_after_failure*abs(h)
       h_next = 0.5_wp*h
-      self%h_factors = 0.0_wp
-      self%has_jacobian = .false.
+      call self%newton%drop()
       self%rejected = .true.
    end subroutine give_up
 
    !> The error of a step, and the length of the next.
-   subroutine judge(self, ode, control, y, y_new, h, used, accepted, h_next)
+   subroutine judge(self, ode, control, y, y_new, h, accepted, h_next)
       type(radau_t), intent(inout) :: self
       class(ode_system_t), intent(inout) :: ode
       type(step_control_t), intent(in) :: control
       real(wp), intent(in), contiguous :: y(:), y_new(:)
       real(wp), intent(in) :: h
-      integer, intent(in) :: used
       logical, intent(out) :: accepted
       real(wp), intent(out) :: h_next
       integer :: i
@@ -343,11 +289,11 @@ contains
       do i = 1, self%n
          self%work_y(i) = self%work_y(i) + self%ydot(i)
       end do
-      call self%equations%multiply(self%work_y, self%work_r)
+      call self%newton%equations%multiply(self%work_y, self%work_r)
       do i = 1, size(self%work_r)
          self%r_real(i) = -self%work_r(i)
       end do
-      call self%equations%solve(ode, 1, self%r_real)
+      call self%newton%equations%solve(ode, 1, self%r_real)
       do i = 1, self%n
          self%work_y(i) = real(self%r_real(i), wp)
       end do
@@ -356,7 +302,7 @@ contains
       call ode%weigh_error(h, self%work_y)
       size_of_error = max(control%norm(self%work_y, y, y_new), 1.0e-10_wp)
 
-      factor = safety*real(2*most_iterations + 1, wp)/real(2*most_iterations + used, wp)
+      factor = safety*real(2*most_iterations + 1, wp)/real(2*most_iterations + self%newton%used, wp)
       growth = factor/size_of_error**0.25_wp
       accepted = size_of_error <= 1.0_wp
       if (.not. accepted) then
@@ -369,7 +315,7 @@ contains
       growth = min(largest_growth, max(largest_reduction, growth))
       if (self%rejected) growth = min(1.0_wp, growth)
       self%error_old = max(least_error, size_of_error)
-      if (self%contraction <= good_contraction .and. growth >= 1.0_wp .and. growth <= worth_growing) growth = 1.0_wp
+      if (self%newton%contraction <= good_contraction .and. growth >= 1.0_wp .and. growth <= worth_growing) growth = 1.0_wp
       h_next = growth*h
       if (abs(h_next) > self%cap) h_next = sign(self%cap, h)
       if (self%cap < huge(1.0_wp)) self%cap = growth_of_cap*self%cap
@@ -430,60 +376,30 @@ contains
       w(3) = (theta - c(1))*(theta - c(2))/((1.0_wp - c(1))*(1.0_wp - c(2)))
    end function through_stages
 
-   !> The Jacobian at the predicted second stage, in the middle of the step.
-   subroutine renew_jacobian(self, ode, t, y, h, info)
-      type(radau_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: t, h
-      real(wp), intent(in), contiguous :: y(:)
-      integer, intent(out) :: info
-
-      self%t_jacobian = t + c(2)*h
-      self%h_jacobian = h
-      self%y_jacobian(:) = y + self%y_stage(:, 2)
-      call combine(self%y_stage, d(2, :)/h, self%ydot_jacobian)
-      self%z_jacobian(:) = self%z_stage(:, 2)
-      call linearize_again(self, ode, info)
-      self%work%jacobians = self%work%jacobians + 1
-      self%has_jacobian = info == rhs_ok
-      self%fresh = .true.
-      self%h_factors = 0.0_wp
-   end subroutine renew_jacobian
-
-   !> The Jacobian where it was built: also after a restart.
-   subroutine linearize_again(self, ode, info)
-      type(radau_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      integer, intent(out) :: info
-
-      call self%equations%linearize(ode, self%t_jacobian, self%h_jacobian, self%y_jacobian, self%ydot_jacobian, &
-                                    self%z_jacobian, info)
-   end subroutine linearize_again
-
    !> Newton's iteration on the three stages.
-   subroutine iterate(self, ode, control, t, y, t_new, h, used, converged, info)
+   subroutine iterate(self, ode, control, t, y, t_new, h, converged, info)
       type(radau_t), intent(inout) :: self
       class(ode_system_t), intent(inout) :: ode
       type(step_control_t), intent(in) :: control
       real(wp), intent(in) :: t, t_new, h
       real(wp), intent(in), contiguous :: y(:)
-      integer, intent(out) :: used, info
+      integer, intent(out) :: info
       logical, intent(out) :: converged
       integer :: i, j, n
-      real(wp) :: change, change_before, mode(3), theta, tolerance
+      real(wp) :: change, mode(3)
+      logical :: hopes
 
       n = self%n
       converged = .false.
-      change_before = 0.0_wp
-      tolerance = max(10.0_wp*epsilon(1.0_wp)/control%rtol, min(3.0e-3_wp, sqrt(control%rtol)))
-      do used = 1, most_iterations
+      call self%newton%begin(control)
+      do
          self%work%iterations = self%work%iterations + 1
          do i = 1, 3
             call combine(self%y_stage, d(i, :)/h, self%rate)
             do j = 1, n
                self%state(j) = y(j) + self%y_stage(j, i)
             end do
-            call self%equations%residual(ode, merge(t_new, t + c(i)*h, i == 3), self%state, self%rate, self%z_stage(:, i), &
+            call self%newton%equations%residual(ode, merge(t_new, t + c(i)*h, i == 3), self%state, self%rate, self%z_stage(:, i), &
                                          self%r(:, i), info)
             if (info /= rhs_ok) return
          end do
@@ -493,8 +409,8 @@ contains
             self%r_real(j) = mode(1)
             self%r_complex(j) = cmplx(mode(2), mode(3), wp)
          end do
-         call self%equations%solve(ode, 1, self%r_real)
-         call self%equations%solve(ode, 2, self%r_complex)
+         call self%newton%equations%solve(ode, 1, self%r_real)
+         call self%newton%equations%solve(ode, 2, self%r_complex)
          change = 0.0_wp
          do i = 1, 3
             do j = 1, size(self%work_r)
@@ -513,23 +429,9 @@ contains
             change = change + control%norm(self%work_y, y, self%state)**2
          end do
          change = sqrt(change/3.0_wp)
-         if (.not. change <= hopeless) return
-         if (used == 1) then
-            ! What is left then, as the step before has it.
-            converged = max(self%eta**0.8_wp, least_trust)*change <= tolerance
-         else
-            theta = change/max(change_before, tiny(1.0_wp))
-            if (used > 2) theta = sqrt(theta*self%contraction)
-            self%contraction = theta
-            if (theta >= 0.99_wp) return
-            self%eta = theta/(1.0_wp - theta)
-            converged = self%eta*change <= tolerance
-            if (.not. converged .and. self%eta*change*theta**(most_iterations - 1 - used) > tolerance) return
-         end if
-         if (converged) return
-         change_before = change
+         call self%newton%judge(change, converged, hopes)
+         if (converged .or. .not. hopes) return
       end do
-      used = most_iterations
    end subroutine iterate
 
    !> The end of the last try is where the next one starts.
@@ -555,8 +457,7 @@ contains
       self%h_old = self%h_try
       self%has_history = .true.
       self%rejected = .false.
-      self%fresh = .false.
-      if (self%contraction > good_contraction) self%has_jacobian = .false.
+      call self%newton%accept()
    end subroutine accept
 
    !> The polynomial through the step's start and its stages is there already.
@@ -611,24 +512,16 @@ contains
 
       call archive%item('last step', self%h_old)
       call archive%item('last error', self%error_old)
-      call archive%item('step of the factors', self%h_factors)
-      call archive%item('contraction', self%contraction)
-      call archive%item('left by the iteration', self%eta)
       call archive%item('longest step', self%cap)
       call archive%item('has history', self%has_history)
-      call archive%item('has Jacobian', self%has_jacobian)
       call archive%item('was rejected', self%rejected)
       call archive%item('knows z', self%knows_z)
-      call archive%item('time of the Jacobian', self%t_jacobian)
-      call archive%item('step of the Jacobian', self%h_jacobian)
-      call archive%item('state of the Jacobian', self%y_jacobian)
-      call archive%item('derivative of the Jacobian', self%ydot_jacobian)
       call archive%item('ydot', self%ydot)
-      call archive%list('z of the Jacobian', self%z_jacobian)
       call archive%list('z', self%z)
       call pass_stages('increments', self%y_last)
       call pass_stages('z of the stages', self%z_last)
-      if (archive%reading .and. allocated(self%equations)) deallocate (self%equations, self%r, self%work_r, self%r_real, &
+      call self%newton%serialize(archive)
+      if (archive%reading .and. allocated(self%r)) deallocate (self%r, self%work_r, self%r_real, &
                                                                        self%r_complex, self%z_stage)
 
    contains

@@ -1,0 +1,277 @@
+!> Newton's method, simplified, for the equations of implicit steppers: matrices that are kept as long as they serve, and the
+!! decision when an iteration has converged.
+!!
+!! Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, Sect. IV.8.
+module taut_ode_newton
+   use taut_archive, only: archive_t
+   use taut_kinds, only: wp
+   use taut_ode_stage_equations, only: plain_equations_t
+   use taut_ode_step_control, only: step_control_t
+   use taut_ode_stepper, only: work_t
+   use taut_ode_system, only: ode_system_t, rhs_ok, stage_equations_t
+   implicit none (type, external)
+   private
+   public :: newton_t, most_iterations, good_contraction
+
+   !> Iterations at the most.
+   integer, parameter :: most_iterations = 10
+   !> The contraction of the step before is not trusted to be better than this where one iteration is to be enough.
+   real(wp), parameter :: least_trust = 1.0e-2_wp
+   !> Contraction up to which a Jacobian is kept for the next step.
+   real(wp), parameter :: good_contraction = 0.3_wp
+   !> An iteration whose corrections are this large, in units of the tolerance, has gone astray.
+   real(wp), parameter :: hopeless = 1.0e30_wp
+
+   !> The equations, the matrices for them, and how the iteration goes.
+   type :: newton_t
+      !> What is solved; allocated by `meet`.
+      class(stage_equations_t), allocatable :: equations
+      !> How fast the iteration contracts.
+      real(wp) :: contraction = 1.0_wp
+      !> Iterations of the last step.
+      integer :: used = 0
+      !> Whether there is a Jacobian, and whether it was built for this very step.
+      logical :: has_jacobian = .false., fresh = .false.
+      !> By how much the iteration is still off after its last correction, in units of that; the step of the factors.
+      real(wp), private :: eta = 1.0_wp, h_factors = 0.0_wp
+      real(wp), private :: change_before = 0.0_wp, tolerance = 0.0_wp
+      !> Where the Jacobian was built.
+      real(wp), private :: t_jacobian = 0.0_wp, h_jacobian = 0.0_wp
+      real(wp), allocatable, private :: y_jacobian(:), ydot_jacobian(:), z_jacobian(:)
+   contains
+      procedure :: meet
+      procedure :: forget
+      procedure :: drop
+      procedure :: restore
+      procedure :: renew
+      procedure :: factorize
+      procedure :: begin
+      procedure :: judge
+      procedure :: accept
+      procedure :: count
+      procedure :: serialize
+   end type newton_t
+
+contains
+
+   !> Takes the equations of a system, or y' = f(t, y) of one that has none.
+   subroutine meet(self, ode, n)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+      !> Number of entries of the state.
+      integer, intent(in) :: n
+      type(plain_equations_t), allocatable :: plain
+
+      call ode%stage_equations(self%equations)
+      if (.not. allocated(self%equations)) then
+         allocate (plain)
+         call plain%init(n)
+         call move_alloc(plain, self%equations)
+      end if
+      if (.not. allocated(self%y_jacobian)) &
+         allocate (self%y_jacobian(n), self%ydot_jacobian(n), self%z_jacobian(self%equations%n_z), source=0.0_wp)
+   end subroutine meet
+
+   !> At a start: nothing is known of the steps before.
+   pure subroutine forget(self)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+
+      call self%drop()
+      self%contraction = 1.0_wp
+      self%eta = 1.0_wp
+   end subroutine forget
+
+   !> The matrices do not serve any more.
+   pure subroutine drop(self)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+
+      self%h_factors = 0.0_wp
+      self%has_jacobian = .false.
+   end subroutine drop
+
+   !> Builds the matrices that a restart has lost; the work was counted before.
+   subroutine restore(self, ode, nu, info)
+      !> The iteration, its equations met.
+      class(newton_t), intent(inout) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+      !> As for `factorize`.
+      complex(wp), intent(in) :: nu(:)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      if (self%has_jacobian) then
+         call linearize_again(self, ode, info)
+         if (info == rhs_ok .and. abs(self%h_factors) > 0.0_wp) call factors(self, ode, self%h_factors, nu, info)
+      end if
+      self%equations%evaluations = 0
+   end subroutine restore
+
+   !> A new Jacobian, at a state that the step passes through.
+   subroutine renew(self, ode, t, h, y, ydot, z, work, info)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> Step [s].
+      real(wp), intent(in) :: h
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Its derivative: (n).
+      real(wp), intent(in), contiguous :: ydot(:)
+      !> Algebraic unknowns: (n_z).
+      real(wp), intent(in), contiguous :: z(:)
+      !> Where it is counted.
+      type(work_t), intent(inout) :: work
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      self%t_jacobian = t
+      self%h_jacobian = h
+      self%y_jacobian(:) = y
+      self%ydot_jacobian(:) = ydot
+      self%z_jacobian(:) = z
+      call linearize_again(self, ode, info)
+      work%jacobians = work%jacobians + 1
+      self%has_jacobian = info == rhs_ok
+      self%fresh = .true.
+      self%h_factors = 0.0_wp
+   end subroutine renew
+
+   !> The Jacobian where it was built.
+   subroutine linearize_again(self, ode, info)
+      type(newton_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      integer, intent(out) :: info
+
+      call self%equations%linearize(ode, self%t_jacobian, self%h_jacobian, self%y_jacobian, self%ydot_jacobian, &
+                                    self%z_jacobian, info)
+   end subroutine linearize_again
+
+   !> The factors for a step, unless they are there.
+   subroutine factorize(self, ode, h, nu, work, info)
+      !> The iteration, with a Jacobian.
+      class(newton_t), intent(inout) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+      !> Step [s].
+      real(wp), intent(in) :: h
+      !> What d/dt is replaced by, times h: one without an imaginary part, and perhaps one with.
+      complex(wp), intent(in) :: nu(:)
+      !> Where it is counted.
+      type(work_t), intent(inout) :: work
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      if (abs(h - self%h_factors) <= 0.0_wp) return
+      call factors(self, ode, h, nu, info)
+      work%factorizations = work%factorizations + 1
+   end subroutine factorize
+
+   subroutine factors(self, ode, h, nu, info)
+      type(newton_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      real(wp), intent(in) :: h
+      complex(wp), intent(in) :: nu(:)
+      integer, intent(out) :: info
+      integer :: slot
+
+      do slot = 1, size(nu)
+         call self%equations%factorize(ode, slot, nu(slot)/h, info)
+         if (info /= rhs_ok) exit
+      end do
+      self%h_factors = h
+   end subroutine factors
+
+   !> Before the first iteration of a step.
+   pure subroutine begin(self, control)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> The tolerance of the errors, of which this is a part.
+      type(step_control_t), intent(in) :: control
+
+      self%used = 0
+      self%change_before = 0.0_wp
+      self%tolerance = max(10.0_wp*epsilon(1.0_wp)/control%rtol, min(3.0e-3_wp, sqrt(control%rtol)))
+   end subroutine begin
+
+   !> After a correction: whether it was the last.
+   pure subroutine judge(self, change, converged, hopes)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> Size of the correction in units of the tolerance of errors.
+      real(wp), intent(in) :: change
+      !> Whether what is left is small enough.
+      logical, intent(out) :: converged
+      !> Whether another correction would help, if not.
+      logical, intent(out) :: hopes
+      real(wp) :: theta
+
+      self%used = self%used + 1
+      converged = .false.
+      hopes = .false.
+      if (.not. change <= hopeless) return
+      if (self%used == 1) then
+         ! What is left then, as the step before has it.
+         converged = max(self%eta**0.8_wp, least_trust)*change <= self%tolerance
+      else
+         theta = change/max(self%change_before, tiny(1.0_wp))
+         if (self%used > 2) theta = sqrt(theta*self%contraction)
+         self%contraction = theta
+         if (theta >= 0.99_wp) return
+         self%eta = theta/(1.0_wp - theta)
+         converged = self%eta*change <= self%tolerance
+         if (.not. converged .and. self%eta*change*theta**(most_iterations - 1 - self%used) > self%tolerance) return
+      end if
+      hopes = self%used < most_iterations
+      self%change_before = change
+   end subroutine judge
+
+   !> A step holds: the matrices serve for the next one if the iteration went well.
+   pure subroutine accept(self)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+
+      self%fresh = .false.
+      if (self%contraction > good_contraction) self%has_jacobian = .false.
+   end subroutine accept
+
+   !> Takes over what the equations have counted.
+   subroutine count(self, work)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> Where it is counted.
+      type(work_t), intent(inout) :: work
+
+      work%rhs = work%rhs + self%equations%evaluations
+      self%equations%evaluations = 0
+   end subroutine count
+
+   !> Passes what is remembered between two steps through an archive; `restore` builds the matrices again.
+   subroutine serialize(self, archive)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call archive%item('step of the factors', self%h_factors)
+      call archive%item('contraction', self%contraction)
+      call archive%item('left by the iteration', self%eta)
+      call archive%item('has Jacobian', self%has_jacobian)
+      call archive%item('time of the Jacobian', self%t_jacobian)
+      call archive%item('step of the Jacobian', self%h_jacobian)
+      call archive%list('state of the Jacobian', self%y_jacobian)
+      call archive%list('derivative of the Jacobian', self%ydot_jacobian)
+      call archive%list('z of the Jacobian', self%z_jacobian)
+      if (archive%reading .and. allocated(self%equations)) deallocate (self%equations)
+   end subroutine serialize
+
+end module taut_ode_newton
