@@ -8,9 +8,10 @@ module test_normal_solver
    use taut_linalg_csr, only: csr_t
    use taut_linalg_normal_solver, only: normal_solver_t
    use taut_linalg_normal_solver_choose, only: choose_solver, solver_names
+   use taut_linalg_rank_keeper, only: rank_keeper_t
    implicit none (type, external)
    private
-   public :: collect_normal_solver, of_rank, rows_of
+   public :: collect_normal_solver, factorize, of_rank, rows_of
 
    !> Solvers that leave dependent rows out.
    character(len=16), parameter :: unpivoted(2) = [character(len=16) :: 'banded', 'sparse']
@@ -196,6 +197,21 @@ contains
       call rows%set_dense(a)
    end function rows_of
 
+   !> Selects the rows of A and factorizes S with them.
+   subroutine factorize(onto, a, k, identity, info)
+      class(normal_solver_t), intent(inout) :: onto
+      type(csr_t), intent(in) :: a
+      type(block_diagonal_t), intent(in) :: k
+      logical, intent(in) :: identity
+      integer, intent(out) :: info
+      type(rank_keeper_t) :: keeper
+
+      call keeper%init(a, onto%c, [integer ::], 0.0_wp)
+      call keeper%decide(a, 0.0_wp)
+      call onto%keep(keeper%kept)
+      call onto%factorize(a, k, identity, info)
+   end subroutine factorize
+
    !> K^-1 A^T S^+ applied to the columns of r.
    subroutine apply(onto, a, r, x)
       class(normal_solver_t), intent(inout) :: onto
@@ -252,7 +268,7 @@ contains
          do i = 1, size(solver_names)
             label = trim(solver_names(i))//', '//metric//', c = '//to_text(c)//', rank '//to_text(rank)
             call choose_solver(solver_names(i), rows_of(a), c, k%first(2:) - k%first(:size(k%first) - 1), 0.0_wp, onto)
-            call onto%factorize(rows_of(a), k, metric == 'K = I', info, 0.0_wp)
+            call factorize(onto, rows_of(a), k, metric == 'K = I', info)
             call check(failure, info == 0 .and. onto%rank == rank, 'rank, '//label)
             ! Rows in the given order, dependent ones among them, are no good basis: a few digits less.
             allowed = merge(1.0e-9_wp, 1.0e-12_wp, any(solver_names(i) == unpivoted))
@@ -289,7 +305,7 @@ contains
       call k%factorize(info)
       do i = 1, size(solver_names)
          call choose_solver(solver_names(i), rows_of(a), 1, [1, 1], 0.0_wp, onto)
-         call onto%factorize(rows_of(a), k, .false., info, 0.0_wp)
+         call factorize(onto, rows_of(a), k, .false., info)
          ! a^T K^-1 a = 9 + 8 = 17, K^-1 a = {3, 2}.
          call onto%multipliers([34.0_wp], lambda)
          call check_close(failure, lambda(1), 2.0_wp, 1.0e-14_wp, 'multiplier, '//trim(solver_names(i)))
@@ -297,7 +313,7 @@ contains
          call onto%correction(rows_of(a), lambda, x(:, 1))
          call check_below(failure, maxval(abs(x(:, 1) - [4.0_wp, 6.0_wp])), 1.0e-13_wp, 'correction, '//trim(solver_names(i)))
          ! With K = I the matrix k is not to be looked at: a^T a = 25.
-         call onto%factorize(rows_of(a), k, .true., info, 0.0_wp)
+         call factorize(onto, rows_of(a), k, .true., info)
          call onto%multipliers([50.0_wp], lambda)
          call check_close(failure, lambda(1), 2.0_wp, 1.0e-14_wp, 'multiplier with K = I, '//trim(solver_names(i)))
       end do
@@ -318,8 +334,8 @@ contains
       call block%factorize(info)
       do i = 1, size(solver_names)
          call choose_solver(solver_names(i), rows_of(empty), 0, [1, 1, 1], 0.0_wp, onto)
-         call onto%factorize(rows_of(empty), k, .true., info, 0.0_wp)
-         call onto%factorize(rows_of(empty), block, .false., info, 0.0_wp)
+         call factorize(onto, rows_of(empty), k, .true., info)
+         call factorize(onto, rows_of(empty), block, .false., info)
          x(:) = 1.0_wp
          call onto%multipliers([real(wp) ::], none)
          call onto%correction(rows_of(empty), none, x)
@@ -329,7 +345,7 @@ contains
          call choose_solver(solver_names(i), rows_of(a), 2, [1, 1, 1], 0.0_wp, onto)
          a(1, :) = [0.0_wp, 2.0_wp, 0.0_wp]
          a(2, :) = 0.0_wp
-         call onto%factorize(rows_of(a), k, .false., info, 0.0_wp)
+         call factorize(onto, rows_of(a), k, .false., info)
          call onto%multipliers([4.0_wp, 5.0_wp], lambda)
          call check(failure, info == 0 .and. onto%rank == 1, 'a row of zeros, '//trim(solver_names(i)))
          call check_below(failure, maxval(abs(lambda - [1.0_wp, 0.0_wp])), 1.0e-14_wp, &
@@ -353,9 +369,9 @@ contains
          call choose_solver(solver_names(i), rows_of(a), 2, [3], 0.0_wp, onto)
          a(:, :) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp], [2, 3])
          a(2, 3) = ieee_value(a(2, 3), ieee_quiet_nan)
-         call onto%factorize(rows_of(a), k, .false., info, 0.0_wp)
+         call factorize(onto, rows_of(a), k, .false., info)
          call check(failure, info /= 0, 'an entry that is not finite is not reported, '//trim(solver_names(i)))
-         call onto%factorize(rows_of(a), k, .true., info, 0.0_wp)
+         call factorize(onto, rows_of(a), k, .true., info)
          call check(failure, info /= 0, 'nor with K = I, '//trim(solver_names(i)))
       end do
    end subroutine bad_row
@@ -373,7 +389,7 @@ contains
             u = 10.0_wp**(-j)
             a = reshape([1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, u], [3, 2])
             call choose_solver(solver_names(k), rows_of(a), 3, [1, 1], 0.0_wp, onto)
-            call onto%factorize(rows_of(a), none, .true., info, 0.0_wp)
+            call factorize(onto, rows_of(a), none, .true., info)
             call check(failure, info == 0 .and. onto%rank == 2, 'rank at 1e-'//to_text(j))
             d = [3.0_wp, 5.0_wp]
             call onto%multipliers(matmul(a, d), lambda)

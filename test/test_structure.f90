@@ -3,6 +3,7 @@ module test_structure
    use taut_constrained_method_choose, only: new_constrained_ode
    use testing, only: check, check_below, new_test, no_error, test_t
    use systems, only: new_compound, new_coupler, new_particle, sleigh_in_space, two_rods
+   use test_normal_solver, only: factorize
    use test_linalg, only: largest, random_vector, restart_random, with_spectrum
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
@@ -278,12 +279,12 @@ contains
          call k%factorize(info)
          d = random_vector(groups*g)
          call choose_solver('dgelsd', full, size(a, 1), k%first(2:) - k%first(:size(k%first) - 1), 0.0_wp, reference)
-         call reference%factorize(full, k, metric == 'K = I', info, 0.0_wp)
+         call factorize(reference, full, k, metric == 'K = I', info)
          call reference%multipliers(matmul(a, d), expected)
          do s = 1, size(solver_names)
             label = trim(solver_names(s))//', '//metric//', c = '//to_text(size(a, 1))//', groups of '//to_text(g)
             call choose_solver(solver_names(s), rows, size(a, 1), k%first(2:) - k%first(:size(k%first) - 1), 0.0_wp, onto)
-            call onto%factorize(rows, k, metric == 'K = I', info, 0.0_wp)
+            call factorize(onto, rows, k, metric == 'K = I', info)
             call check(failure, info == 0 .and. onto%rank == reference%rank, 'rank '//to_text(onto%rank)//', '//label)
             x = d
             call onto%project(rows, spread(0.0_wp, 1, size(a, 1)), x, r, lambda)
@@ -348,9 +349,9 @@ contains
          call full%set_dense(rows%dense())
          call k%factorize(info)
          call choose_solver('dgelsd', full, c, spread(1, 1, n), 0.0_wp, reference)
-         call reference%factorize(full, k, identity, info, 0.0_wp)
+         call factorize(reference, full, k, identity, info)
          call choose_solver('banded', rows, c, spread(1, 1, n), 0.0_wp, onto)
-         call onto%factorize(rows, k, identity, info, 0.0_wp)
+         call factorize(onto, rows, k, identity, info)
          call check(failure, info == 0 .and. onto%rank == reference%rank, 'rank '//to_text(onto%rank)//', '//label)
          d = random_vector(n)
          x = d
@@ -385,7 +386,7 @@ contains
       rows%values(:) = [1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp]
       do s = 1, size(solver_names)
          call choose_solver(solver_names(s), rows, 3, [1, 1, 1, 1], 0.0_wp, onto)
-         call onto%factorize(rows, none, .true., info, 0.0_wp)
+         call factorize(onto, rows, none, .true., info)
          d = [3.0_wp, 1.0_wp, 2.0_wp, 4.0_wp]
          call onto%project(rows, [0.0_wp, 0.0_wp, 0.0_wp], d, r, lambda)
          call check(failure, info == 0 .and. onto%rank == 2, 'rank, '//trim(solver_names(s)))

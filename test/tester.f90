@@ -30,6 +30,7 @@ program tester
    use test_modal_body, only: collect_modal_body
    use test_radau, only: collect_radau
    use test_restart, only: collect_restart
+   use test_rank, only: collect_rank
    use test_ritz, only: collect_ritz
    use test_rigid_bodies, only: collect_rigid_bodies
    use test_squeezer, only: collect_squeezer
@@ -77,6 +78,7 @@ program tester
    call run_suite('generalized-alpha', collect_generalized_alpha(), trim(only), outcome)
    call run_suite('builder', collect_builder(), trim(only), outcome)
    call run_suite('restart', collect_restart(), trim(only), outcome)
+   call run_suite('rank', collect_rank(), trim(only), outcome)
    call run_suite('ritz', collect_ritz(), trim(only), outcome)
    call run_suite('rigid bodies', collect_rigid_bodies(), trim(only), outcome)
    call run_suite('squeezer', collect_squeezer(), trim(only), outcome)

@@ -34,6 +34,7 @@ module taut_constrained_mass
       procedure :: init_reduced
       procedure :: renew
       procedure :: reduce
+      procedure :: look
       procedure :: accelerate
       procedure :: correct_acceleration
       procedure :: correct_force
@@ -99,21 +100,34 @@ contains
    end subroutine renew
 
    !> M~ for the A of the projector, after `renew`.
-   subroutine reduce(self, projector, noise, info)
+   subroutine reduce(self, projector, info)
       !> The mass matrix.
       class(mass_t), intent(inout) :: self
-      !> The projector, with A where M is.
+      !> The projector, with A where M is and its independent rows.
       type(projector_t), intent(in) :: projector
-      !> Relative error of the rows of A for want of a state that meets the constraints.
-      real(wp), intent(in) :: noise
       !> `rhs_ok`, or `rhs_retry` where there are entries that are not finite.
       integer, intent(out) :: info
 
       info = rhs_ok
       if (self%is_weight .or. self%uniform > 0.0_wp) return
-      call self%reduced%factorize(projector%a, self%m, .false., info, noise)
+      if (self%reduced%revision /= projector%keeper%revision) call projector%keeper%hand_over(self%reduced)
+      call self%reduced%factorize(projector%a, self%m, .false., info)
       if (info /= 0) info = rhs_retry
    end subroutine reduce
+
+   !> Looks at the rank where a step was accepted, for methods that have no other use of the projector.
+   subroutine look(self, model, at, projector)
+      !> The mass matrix, after `reduce`.
+      class(mass_t), intent(inout) :: self
+      !> Whose mass it is.
+      class(mechanical_system_t), intent(in) :: model
+      !> Where.
+      type(state_t), intent(in) :: at
+      !> The projector, with A.
+      type(projector_t), intent(inout) :: projector
+
+      call projector%look(model, at, self%reduced)
+   end subroutine look
 
    !> a = M^-1 f: the accelerations that forces give.
    subroutine accelerate(self, projector, f, a)

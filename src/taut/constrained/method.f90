@@ -541,6 +541,7 @@ contains
       call archive%item('projection iterations', self%projector%iterations)
       call archive%item('blows', self%blows)
       call archive%item('energy of blows', self%energy_of_blows)
+      call self%projector%serialize(archive)
    end subroutine serialize
 
 end module taut_constrained_method

@@ -33,12 +33,12 @@ module taut_constrained_method_options
       !> `present`: constraints corrected in `acceleration` form, Sect. 3.5 (h), or in `force` form, (g) and Eq. (19b).
       character(len=16) :: form = 'acceleration'
       !> What is done with S = A M^-1 A^T. `auto`: of a system that states the pattern of A, `banded` or `sparse` where that
-      !! pays; else Cholesky with pivoting where its pivots leave no doubt about the rank, DGELSD where they do.
-      !! `pivoted-cholesky`, `dgelsd`: always that. `banded`, `sparse`: L D L^T in an ordering with a small bandwidth or with
-      !! little fill. `factor`: DGELSD on A L^-T with M = L L^T, which does not square the condition number.
+      !! pays; else Cholesky with pivoting, `pivoted-cholesky`. `dgelsd`: singular values. `banded`, `sparse`: L D L^T in an
+      !! ordering with a small bandwidth or with little fill. `factor`: DGELSD on A L^-T with M = L L^T, which does not square the
+      !! condition number.
       character(len=16) :: solver = 'auto'
-      !> Relative size below which a singular value or a pivot counts as zero, a pivot relative to its own diagonal entry of S;
-      !! 0 for the default of the solver: 1e-12, `factor` 1e-9, `pivoted-cholesky`, `banded` and `sparse` 1e-8.
+      !> What a row of A must have that others do not have, relative to their size, in order not to be redundant; 0 for 3e-7.
+      !! `dgelsd`: if not 0, the relative size below which singular values of S count as zero, and nothing else decides.
       real(wp) :: rcond = 0.0_wp
       !> Gains of `baumgarte` [1/s].
       real(wp) :: alpha = 2.0_wp, beta = 2.0_wp

@@ -2,15 +2,16 @@
 module taut_constrained_projection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_fortran_env, only: int64
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: to_text
    use taut_constrained_method_options, only: method_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
-   use taut_linalg_lapack, only: dpstrf
    use taut_linalg_normal_solver, only: normal_solver_t
    use taut_linalg_normal_solver_choose, only: choose_solver
+   use taut_linalg_rank_keeper, only: rank_keeper_t
    use taut_ode_system, only: rhs_ok, rhs_retry, rhs_no_projection
    implicit none (type, external)
    private
@@ -68,6 +69,8 @@ module taut_constrained_projection
       type(block_diagonal_t) :: w
       !> W^-1 A^T S^+ with all rows of A, as of the last `linearize`.
       class(normal_solver_t), allocatable :: onto
+      !> Which rows of A are independent.
+      type(rank_keeper_t) :: keeper
       logical, private :: identity = .true., w_is_mass = .false., all_holonomic = .true., w_ready = .false.
       logical, private :: accept_inconsistent = .false.
       real(wp), private :: tolerance = 1.0e-12_wp
@@ -79,6 +82,7 @@ module taut_constrained_projection
       real(wp), allocatable, private :: x_first(:)
       !> The holonomic rows alone, where there are others.
       class(normal_solver_t), allocatable, private :: onto_holonomic
+      type(rank_keeper_t) :: keeper_of_holonomic
       real(wp), allocatable, private :: phi(:), nu(:), d(:), x_before(:), r(:), normal(:)
       !> Of all rows.
       real(wp), allocatable, private :: zero(:)
@@ -90,6 +94,7 @@ module taut_constrained_projection
    contains
       procedure :: init
       procedure :: position
+      procedure :: position_again
       procedure :: check_branch
       procedure :: correct
       procedure :: evaluate
@@ -101,6 +106,8 @@ module taut_constrained_projection
       procedure :: filter_position
       procedure :: filter_velocity
       procedure :: later_corrections
+      procedure :: look
+      procedure :: serialize
       procedure :: explain
       procedure :: kept_rows
       procedure :: divide_by_weight
@@ -164,7 +171,8 @@ contains
       type(method_t), intent(in) :: method
       !> Velocities along which nothing is moved, neither coordinates nor the velocities themselves: (n). Default: none.
       logical, intent(in), optional :: held(:)
-      integer, allocatable :: blocks(:)
+      integer, allocatable :: blocks(:), group(:)
+      real(wp) :: rcond
 
       self%identity = method%weight == 'identity'
       self%w_is_mass = method%weight == 'mass'
@@ -190,9 +198,14 @@ contains
       else
          blocks = model%mass_blocks
       end if
+      call model%column_groups(group)
+      rcond = method%rcond
+      if (method%solver == 'dgelsd') rcond = 0.0_wp
       call choose_solver(method%solver, self%a, model%c, blocks, method%rcond, self%onto)
-      if (.not. self%all_holonomic) &
-         call choose_solver(method%solver, self%a, model%n_phi, blocks, method%rcond, self%onto_holonomic)
+      call self%keeper%init(self%a, model%c, group, rcond)
+      if (self%all_holonomic) return
+      call choose_solver(method%solver, self%a, model%n_phi, blocks, method%rcond, self%onto_holonomic)
+      call self%keeper_of_holonomic%init(self%a, model%n_phi, group, rcond)
    end subroutine init
 
    !> W at a state, factorized.
@@ -235,7 +248,8 @@ contains
 
    !> Newton's iteration (17): x (+) (-W^-1 A^T S^+ phi) until no entry of phi exceeds the tolerance.
    !!
-   !! Source: Eqs (16), (17). A step that does not reduce phi is halved. A and S are kept while they reduce phi fast.
+   !! Source: Eqs (16), (17). A step that does not reduce phi is halved. A and S are kept while they reduce phi fast. Rows that
+   !! were left out are to be met like the others: where they are not, `position_again` may help.
    subroutine position(self, model, at, info, threshold, linearized)
       !> The projector.
       class(projector_t), intent(inout) :: self
@@ -294,14 +308,13 @@ contains
             renew = .not. (known .and. noise <= harmless_noise)
             known = .false.
          end if
-         call newton_step(self, renew, noise, reach, largest, info)
+         call newton_step(self, renew, iteration > 1, noise, reach, largest, info)
          ! The noise may have taken rows that matter for redundant ones.
          if (info == rhs_ok .and. renew .and. noise > 0.0_wp .and. reach < most*self%residual) &
-            call newton_step(self, renew, 0.0_wp, reach, largest, info)
+            call newton_step(self, renew, iteration > 1, 0.0_wp, reach, largest, info)
          if (info /= rhs_ok) return
          if (reach <= least .or. (reach <= contradiction*self%residual .and. .not. self%accept_inconsistent)) then
-            if (self%accept_inconsistent) return
-            call give_up(self, inconsistent, info)
+            if (.not. self%accept_inconsistent) call give_up(self, inconsistent, info)
             return
          end if
          if (largest <= at_rest*round_off .and. reach >= most*self%residual) return
@@ -318,6 +331,25 @@ contains
       end do
       call give_up(self, not_converged, info)
    end subroutine position
+
+   !> Goes on where `position` has failed with rows left out: those in charge may no longer be the right ones.
+   subroutine position_again(self, model, at, info, threshold)
+      !> The projector, after a `position` that has failed.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state; x is replaced.
+      type(state_t), intent(inout) :: at
+      !> What `position` said, and says now.
+      integer, intent(inout) :: info
+      !> As of `position`.
+      real(wp), intent(in), optional :: threshold
+
+      if (self%onto%rank == self%onto%c .or. .not. self%keeper%holds) return
+      call self%keeper%release()
+      call self%keeper_of_holonomic%release()
+      call self%position(model, at, info, threshold)
+   end subroutine position_again
 
    !> Largest absolute entry; not finite if one of them is not.
    pure function largest_entry(values) result(value)
@@ -348,28 +380,30 @@ contains
    end function last_place
 
    !> d = -W^-1 A^T S^+ phi with the holonomic rows, its largest entry, and that of A d: what d will change in phi.
-   subroutine newton_step(self, renew, noise, reach, largest, info)
+   subroutine newton_step(self, renew, again, noise, reach, largest, info)
       type(projector_t), intent(inout) :: self
-      logical, intent(in) :: renew
+      logical, intent(in) :: renew, again
       real(wp), intent(in) :: noise
       real(wp), intent(out) :: reach, largest
       integer, intent(out) :: info
 
       if (self%all_holonomic) then
-         call step_with(self%onto)
+         call step_with(self%onto, self%keeper)
       else
-         call step_with(self%onto_holonomic)
+         call step_with(self%onto_holonomic, self%keeper_of_holonomic)
       end if
 
    contains
 
-      subroutine step_with(onto)
+      subroutine step_with(onto, keeper)
          class(normal_solver_t), intent(inout) :: onto
+         type(rank_keeper_t), intent(inout) :: keeper
+         logical :: all_rows
 
          reach = 0.0_wp
          largest = 0.0_wp
          info = 0
-         if (renew) call onto%factorize(self%a, self%w, self%identity, info, noise)
+         if (renew) call factorize_with(self, onto, keeper, noise, info)
          if (info == 0) then
             self%d(:) = 0.0_wp
             call onto%multipliers(self%phi, self%nu)
@@ -381,7 +415,10 @@ contains
             return
          end if
          info = rhs_ok
-         if (onto%rank == onto%c) then
+         all_rows = onto%rank == onto%c
+         ! At a dead point some are passed over.
+         if (all_rows .and. again) all_rows = onto%weakest() > 0.0_wp
+         if (all_rows) then
             reach = self%residual
          else
             call self%a%multiply(self%d, self%nu)
@@ -489,6 +526,7 @@ contains
       limit = -1.0_wp
       if (present(threshold)) limit = threshold
       call self%position(model, at, info, limit, linearized)
+      if (info == rhs_no_projection) call self%position_again(model, at, info, limit)
       if (info /= rhs_ok) return
       call self%linearize(model, at, info, 0.0_wp)
       if (info /= rhs_ok) return
@@ -559,15 +597,28 @@ contains
          call give_up(self, weight_not_positive, info)
          return
       end if
-      call self%onto%factorize(self%a, self%w, self%identity, info, noise)
+      call factorize_with(self, self%onto, self%keeper, noise, info)
       if (info == 0 .and. .not. self%all_holonomic) &
-         call self%onto_holonomic%factorize(self%a, self%w, self%identity, info, noise)
+         call factorize_with(self, self%onto_holonomic, self%keeper_of_holonomic, noise, info)
       if (info /= 0) then
          call give_up(self, not_finite, info)
          return
       end if
       info = rhs_ok
    end subroutine factorize
+
+   !> S of the rows that are independent.
+   subroutine factorize_with(self, onto, keeper, noise, info)
+      type(projector_t), intent(in) :: self
+      class(normal_solver_t), intent(inout) :: onto
+      type(rank_keeper_t), intent(inout) :: keeper
+      real(wp), intent(in) :: noise
+      integer, intent(out) :: info
+
+      if (.not. keeper%holds) call keeper%decide(self%a, noise)
+      if (onto%revision /= keeper%revision) call keeper%hand_over(onto)
+      call onto%factorize(self%a, self%w, self%identity, info)
+   end subroutine factorize_with
 
    !> A, W and S = A W^-1 A^T at a state, Sect. 3.5 (b).
    subroutine linearize(self, model, at, info, noise)
@@ -687,40 +738,8 @@ contains
       !> Whether a row is one of them: (c).
       logical, intent(out) :: kept(:)
 
-      kept(:) = .true.
-      if (self%onto%rank == self%onto%c) return
-      call independent_rows(self%a, self%onto%rank, kept)
+      kept(:) = self%keeper%kept
    end subroutine kept_rows
-
-   !> As many rows as the rank, those that pivoting takes first.
-   subroutine independent_rows(a, rank, kept)
-      type(csr_t), intent(in) :: a
-      integer, intent(in) :: rank
-      logical, intent(out) :: kept(:)
-      real(wp) :: one(a%n), row(a%c), s(a%c, a%c), work(2*a%c)
-      integer :: i, info, pivot(a%c), found
-      real(wp), parameter :: none = 1.0e-14_wp
-
-      ! A times each of its rows, in turn.
-      do i = 1, a%c
-         row(:) = 0.0_wp
-         row(i) = -1.0_wp
-         one(:) = 0.0_wp
-         call a%subtract_transposed(row, one)
-         call a%multiply(one, s(:, i))
-      end do
-      do i = 1, a%c
-         row(i) = 1.0_wp/sqrt(max(s(i, i), tiny(1.0_wp)))
-      end do
-      do i = 1, a%c
-         s(:, i) = row*s(:, i)*row(i)
-      end do
-      call dpstrf('L', a%c, s, a%c, pivot, found, none, work, info)
-      kept(:) = .false.
-      do i = 1, rank
-         kept(pivot(i)) = .true.
-      end do
-   end subroutine independent_rows
 
    !> u := W^-1 u, after `linearize`.
    subroutine divide_by_weight(self, u)
@@ -765,6 +784,62 @@ contains
       bends = self%corrections > 1 .and. self%left_some
       if (bends) d(:) = at%x - self%x_first
    end subroutine later_corrections
+
+   !> Looks at the rank where a step was accepted.
+   subroutine look(self, model, at, onto)
+      !> The projector, with A.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Where A is.
+      type(state_t), intent(in) :: at
+      !> A solver with S of all rows of A, if it is not the projector's own.
+      class(normal_solver_t), intent(inout), optional :: onto
+      real(wp) :: violation
+
+      violation = 0.0_wp
+      if (model%n_phi > 1 .and. (self%onto%rank < self%onto%c .or. .not. self%keeper%holds)) then
+         call model%constraint(at, self%phi)
+         violation = relative_violation(self%phi, self%a, at%x)
+      end if
+      if (present(onto)) then
+         call self%keeper%look(self%a, onto, at%t, violation)
+         return
+      end if
+      call self%keeper%look(self%a, self%onto, at%t, violation)
+      if (.not. self%all_holonomic) call self%keeper_of_holonomic%look(self%a, self%onto_holonomic, at%t, violation)
+   end subroutine look
+
+   !> Passes through an archive what is remembered of the rank from one step to the next.
+   subroutine serialize(self, archive)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call keeper_through(archive, 'rank', self%keeper)
+      if (.not. self%all_holonomic) call keeper_through(archive, 'rank of holonomic rows', self%keeper_of_holonomic)
+   end subroutine serialize
+
+   !> The same for one of the two.
+   subroutine keeper_through(archive, name, keeper)
+      type(archive_t), intent(inout) :: archive
+      character(*), intent(in) :: name
+      type(rank_keeper_t), intent(inout) :: keeper
+      real(wp) :: kept(size(keeper%kept))
+
+      call archive%item(name//' is held', keeper%holds)
+      call archive%item(name//' before', keeper%rank_before)
+      call archive%item(name//' at a dead point', keeper%dead)
+      call archive%item(name//' rising', keeper%rising)
+      call archive%item(name//' smallest pivot', keeper%first_pivot)
+      kept = merge(1.0_wp, 0.0_wp, keeper%kept)
+      call archive%item(name//' is made of rows', kept)
+      call keeper%restore(kept > 0.0_wp)
+      call archive%item(name//' scale of rows', keeper%selection%row_scale)
+      call archive%item(name//' scale of columns', keeper%selection%column_scale)
+      call archive%list(name//' changes', keeper%changes)
+   end subroutine keeper_through
 
    !> Notes why a projection failed.
    subroutine give_up(self, reason, info)

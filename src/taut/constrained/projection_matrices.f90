@@ -60,7 +60,8 @@ contains
          return
       end if
       call choose_solver(method%solver, projector%a, model%c, model%mass_blocks, method%rcond, reduced)
-      call reduced%factorize(projector%a, m, .false., info, 0.0_wp)
+      call projector%keeper%hand_over(reduced)
+      call reduced%factorize(projector%a, m, .false., info)
       allocate (b(model%c))
       call model%velocity_rhs(at, b)
       call apply(projector%onto, projector%a, b, p_v_matrix, p_v)

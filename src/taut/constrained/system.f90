@@ -64,6 +64,8 @@ module taut_constrained_system
       procedure :: jacobian => scatter_entries
       procedure :: pattern => dense_pattern
       procedure :: jacobian_entries => entries_not_supplied
+      !> Which velocities are measured in one unit, so that rows of A can be compared; by default all of them.
+      procedure :: column_groups => one_group
       !> b', Eq. (6a); by default zero: constraints that do not depend on time.
       procedure :: velocity_rhs => zero_vector
       !> b'', Eq. (6b).
@@ -131,6 +133,18 @@ module taut_constrained_system
 
    ! What the defaults do.
    interface
+      !> All velocities are measured in one unit.
+      !!
+      !! A system with others, such as bodies that move and turn, gives each set of columns of A that has a unit and a part of its
+      !! own a number: those of a body's translation, those of its rotation. Where constraints depend on each other is then decided
+      !! with each set of columns of one size.
+      module subroutine one_group(self, group)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> The number of the set for each velocity, from 1 on: (n); empty if there is one.
+         integer, allocatable, intent(out) :: group(:)
+      end subroutine one_group
+
       !> A vector of zeros.
       module subroutine zero_vector(self, at, value)
          !> The system.

@@ -1,4 +1,4 @@
-!> L D L^T of a symmetric positive semi-definite band matrix; rows that depend on others are left out.
+!> L D L^T of a symmetric positive semi-definite band matrix; rows without a pivot are passed over.
 module taut_linalg_banded_factor
    use taut_kinds, only: wp
    implicit none (type, external)
@@ -7,15 +7,12 @@ module taut_linalg_banded_factor
 
    !> The factor of a matrix of n rows that has no entries farther than `width` from its diagonal.
    !!
-   !! A pivot that is small against its own diagonal entry belongs to a row that depends on those that were eliminated before:
-   !! its unknown is set to zero. Pivots are not compared with those of other rows: they are small for a long chain.
+   !! Rows whose pivots are too small against their own diagonal entries are passed over: their unknowns are set to zero.
    !!
    !! A tridiagonal matrix is eliminated from both ends at once, and its unknowns are found from the middle.
    type :: banded_factor_t
       integer :: n = 0, width = 0
-      !> Rows that were not left out.
-      integer :: rank = 0
-      !> Reciprocals of the pivots; zero where a row is left out.
+      !> Reciprocals of the pivots; zero where a row is passed over.
       real(wp), allocatable :: reciprocal(:)
       !> Column j of L below the diagonal: (width, n). Of a tridiagonal matrix: (1, n - 1), the multiplier between rows j and
       !! j + 1.
@@ -45,7 +42,7 @@ contains
    end subroutine init
 
    !> Factorizes the matrix whose lower triangle is given entry by entry.
-   pure subroutine factorize(self, s, row, column, cut)
+   pure subroutine factorize(self, s, row, column, least)
       !> The factor.
       class(banded_factor_t), intent(inout) :: self
       !> Entries, finite: the diagonal (n), then those below it.
@@ -54,14 +51,13 @@ contains
       integer, intent(in), contiguous :: row(:)
       !> Its column.
       integer, intent(in), contiguous :: column(:)
-      !> Pivots up to this part of their diagonal entry are zero.
-      real(wp), intent(in) :: cut
+      !> Pivots up to this part of their diagonal entry are passed over: (n).
+      real(wp), intent(in), contiguous :: least(:)
       integer :: i, j, k
 
-      self%rank = self%n
       if (self%width == 1 .and. size(row) == self%n - 1) then
          ! Entry n + i lies between the rows i and i + 1.
-         call factorize_tridiagonal(self%n, s, s(self%n + 1:), cut, self%l, self%reciprocal, self%rank)
+         call factorize_tridiagonal(self%n, s, s(self%n + 1:), least, self%l, self%reciprocal)
          return
       end if
       do j = 1, self%n
@@ -74,29 +70,26 @@ contains
       end do
       if (self%width == 1) then
          self%below(:) = self%l(1, :)
-         call factorize_tridiagonal(self%n, s, self%below, cut, self%l, self%reciprocal, self%rank)
+         call factorize_tridiagonal(self%n, s, self%below, least, self%l, self%reciprocal)
          return
       end if
-      call factorize_band(self%n, self%width, s, cut, self%l, self%reciprocal, self%rank)
+      call factorize_band(self%n, self%width, s, least, self%l, self%reciprocal)
    end subroutine factorize
 
    !> Column by column: most are short, and no loop over them is worth unrolling.
-   pure subroutine factorize_band(n, width, s, cut, l, reciprocal, rank)
+   pure subroutine factorize_band(n, width, s, least, l, reciprocal)
       integer, intent(in) :: n, width
-      real(wp), intent(in) :: s(n), cut
+      real(wp), intent(in) :: s(n), least(n)
       real(wp), intent(inout) :: l(width, n), reciprocal(n)
-      integer, intent(out) :: rank
       real(wp) :: factor, inverse
       integer :: i, j, k, last
 
-      rank = n
       do j = 1, n
          reciprocal(j) = s(j)
       end do
       do j = 1, n
-         if (reciprocal(j) <= cut*s(j)) then
+         if (reciprocal(j) <= least(j)*s(j)) then
             reciprocal(j) = 0.0_wp
-            rank = rank - 1
             do i = 1, width
                l(i, j) = 0.0_wp
             end do
@@ -123,23 +116,20 @@ contains
    end subroutine factorize_band
 
    !> From both ends to the middle: two rows at a time that do not wait for each other.
-   pure subroutine factorize_tridiagonal(n, s, below, cut, l, reciprocal, rank)
+   pure subroutine factorize_tridiagonal(n, s, below, least, l, reciprocal)
       integer, intent(in) :: n
-      real(wp), intent(in) :: s(*), below(*), cut
+      real(wp), intent(in) :: s(*), below(*), least(*)
       real(wp), intent(inout) :: l(*), reciprocal(*)
-      integer, intent(out) :: rank
       real(wp) :: down, up, e
       integer :: i, middle, j
 
-      rank = n
       middle = (n + 1)/2
       down = s(1)
       up = s(n)
       j = n
       do i = 1, middle - 1
-         if (down <= cut*s(i)) then
+         if (down <= least(i)*s(i)) then
             reciprocal(i) = 0.0_wp
-            rank = rank - 1
          else
             reciprocal(i) = 1.0_wp/down
          end if
@@ -147,9 +137,8 @@ contains
          l(i) = e*reciprocal(i)
          down = s(i + 1) - e*l(i)
          if (j > middle + 1) then
-            if (up <= cut*s(j)) then
+            if (up <= least(j)*s(j)) then
                reciprocal(j) = 0.0_wp
-               rank = rank - 1
             else
                reciprocal(j) = 1.0_wp/up
             end if
@@ -162,11 +151,7 @@ contains
       ! What is left: rows from the middle to j, of which there are one or two.
       do while (j > middle)
          reciprocal(j) = 0.0_wp
-         if (up > cut*s(j)) then
-            reciprocal(j) = 1.0_wp/up
-         else
-            rank = rank - 1
-         end if
+         if (up > least(j)*s(j)) reciprocal(j) = 1.0_wp/up
          j = j - 1
          e = below(j)
          l(j) = e*reciprocal(j + 1)
@@ -177,14 +162,10 @@ contains
          end if
       end do
       reciprocal(middle) = 0.0_wp
-      if (down > cut*s(middle)) then
-         reciprocal(middle) = 1.0_wp/down
-      else
-         rank = rank - 1
-      end if
+      if (down > least(middle)*s(middle)) reciprocal(middle) = 1.0_wp/down
    end subroutine factorize_tridiagonal
 
-   !> x := S^-1 x; zero where a row is left out.
+   !> x := S^-1 x; zero where a row is passed over.
    pure subroutine solve(self, x)
       !> The factor.
       class(banded_factor_t), intent(in) :: self

@@ -6,6 +6,7 @@ module taut_linalg_normal_solver
    use taut_kinds, only: wp
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
+   use taut_linalg_rank, only: ill_conditioned, passed_pivot, pivot_floor, very_ill_conditioned, weaker
    implicit none (type, external)
    private
    public :: normal_solver_t
@@ -14,35 +15,53 @@ module taut_linalg_normal_solver
    !!
    !! What every solver promises, for any number of rows, none included, and any rank:
    !!
-   !! - `init` is told the pattern once; nothing is allocated afterwards, but by `minimum_norm`.
-   !! - `factorize` takes A and K, decides on the rank and reports an entry that is not finite. What it leaves depends on these
-   !!   alone, not on matrices before them. The decision does not depend on the units of the rows.
+   !! - `init` is told the pattern once; `keep` is told which rows are independent, which no solver decides, `taut_linalg_rank`.
+   !!   Nothing is allocated afterwards, but by `minimum_norm` and another `keep`.
+   !! - `factorize` takes A and K and reports an entry that is not finite. It factorizes S of the kept rows; rows of which the
+   !!   others leave nothing at this A, at a dead point, are passed over for the moment. What it leaves depends on A, K and the
+   !!   kept rows alone.
    !! - `multipliers` then gives x with K^-1 A^T x = K^-1 A^T S^+ r for r in the range of A: the reactions are unique. x itself
    !!   is so where no row is redundant; `minimum_norm` makes it S^+ r where it is not.
-   !! - `correction` and `project` apply the result; A is passed again and must be that of `factorize`.
+   !! - `correction` and `project` apply the result; A is passed again and must be that of `factorize`. `project` refines
+   !!   its result through A where S is ill-conditioned.
+   !! - `weakest` is how near the kept rows are to a dead point.
    type, abstract :: normal_solver_t
       !> Rows of A that are used, constraints.
       integer :: c = 0
       !> Columns of A, velocities.
       integer :: n = 0
-      !> Rank of the last A.
+      !> Rank of A: rows that are kept.
       integer :: rank = 0
+      !> Which: (c).
+      logical, allocatable :: kept(:)
+      !> Which of the selections of a `rank_keeper_t` that is.
+      integer :: revision = 0
       !> Whether K = I in the last `factorize`.
       logical :: identity = .false.
+      !> How often `project` refines its result.
+      integer :: refinements = 0
+      !> Whether nothing was factorized with the kept rows so far; a pivot that is zero to them, relative to its diagonal entry.
+      logical :: is_new = .true.
+      real(wp) :: cut = pivot_floor
    contains
       procedure(init), deferred :: init
+      procedure, non_overridable :: set_sizes
+      procedure, non_overridable :: set_kept
+      procedure :: keep
       procedure(factorize), deferred :: factorize
       procedure(multipliers), deferred :: multipliers
       procedure(correction), deferred :: correction
+      procedure(weakest), deferred :: weakest
+      procedure :: judge
       procedure :: project
       procedure :: minimum_norm
    end type normal_solver_t
 
    abstract interface
 
-      !> Sets up a solver for a pattern.
-      subroutine init(self, a, c, sizes, rcond)
-         import :: normal_solver_t, csr_t, wp
+      !> Sets up a solver for a pattern; all rows are kept.
+      subroutine init(self, a, c, sizes)
+         import :: normal_solver_t, csr_t
          implicit none (type, external)
          !> The solver.
          class(normal_solver_t), intent(inout) :: self
@@ -52,13 +71,11 @@ module taut_linalg_normal_solver
          integer, intent(in) :: c
          !> Sizes of the blocks of K.
          integer, intent(in) :: sizes(:)
-         !> Relative size below which what tells the rank counts as zero; 0 for the default of the solver.
-         real(wp), intent(in) :: rcond
       end subroutine init
 
       !> Takes a new A, and K factorized.
-      subroutine factorize(self, a, k, identity, info, noise)
-         import :: normal_solver_t, csr_t, block_diagonal_t, wp
+      subroutine factorize(self, a, k, identity, info)
+         import :: normal_solver_t, csr_t, block_diagonal_t
          implicit none (type, external)
          !> The solver.
          class(normal_solver_t), intent(inout) :: self
@@ -70,8 +87,6 @@ module taut_linalg_normal_solver
          logical, intent(in) :: identity
          !> 0, or not 0 if there are entries that are not finite or the singular values were not found.
          integer, intent(out) :: info
-         !> Relative error of the rows of A for want of a state that meets the constraints, see `taut_linalg_rank`.
-         real(wp), intent(in) :: noise
       end subroutine factorize
 
       !> Multipliers of S x = r, Eqs (7) and (14).
@@ -100,9 +115,68 @@ module taut_linalg_normal_solver
          real(wp), intent(inout) :: d(self%n)
       end subroutine correction
 
+      !> The smallest pivot of the kept rows, relative to its diagonal entry of S, or what stands for it.
+      pure function weakest(self) result(pivot)
+         import :: normal_solver_t, wp
+         implicit none (type, external)
+         !> The solver, after `factorize`.
+         class(normal_solver_t), intent(in) :: self
+         !> Between 0 and 1; 0 if a row was passed over, 1 without rows.
+         real(wp) :: pivot
+      end function weakest
+
    end interface
 
 contains
+
+   !> Sets the sizes, with all rows kept.
+   subroutine set_sizes(self, c, n)
+      !> The solver.
+      class(normal_solver_t), intent(inout) :: self
+      !> Rows and columns.
+      integer, intent(in) :: c, n
+
+      self%c = c
+      self%n = n
+      self%rank = c
+      allocate (self%kept(c), source=.true.)
+   end subroutine set_sizes
+
+   !> Takes the rows that are independent.
+   subroutine keep(self, kept)
+      !> The solver, after `init`.
+      class(normal_solver_t), intent(inout) :: self
+      !> Which they are: (c).
+      logical, intent(in) :: kept(:)
+
+      call self%set_kept(kept)
+   end subroutine keep
+
+   !> What `keep` does for every solver.
+   subroutine set_kept(self, kept)
+      !> The solver.
+      class(normal_solver_t), intent(inout) :: self
+      !> The independent rows: (c).
+      logical, intent(in) :: kept(:)
+
+      self%kept(:) = kept
+      self%rank = count(kept)
+      self%is_new = .true.
+      self%cut = pivot_floor
+   end subroutine set_kept
+
+   !> Learns from the smallest pivot of the first factorization with the kept rows what will count as a dead point, and from any
+   !! whether solutions have to be refined.
+   pure subroutine judge(self, pivot)
+      !> The solver, after `factorize`.
+      class(normal_solver_t), intent(inout) :: self
+      !> What `weakest` says.
+      real(wp), intent(in) :: pivot
+
+      if (self%is_new) self%cut = max(pivot_floor, min(passed_pivot, weaker*pivot))
+      self%is_new = .false.
+      self%refinements = count(pivot < [ill_conditioned, very_ill_conditioned])
+   end subroutine judge
 
    !> d := d - K^-1 A^T lambda with lambda = S^+ r, r = A d - b: what Eqs (11) do with velocities and accelerations.
    !!
@@ -124,7 +198,25 @@ contains
       call a%multiply(d, r, b)
       call self%multipliers(r, lambda)
       call self%correction(a, lambda, d)
+      if (self%refinements > 0) call refine(self, a, b, d, lambda)
    end subroutine project
+
+   !> Further passes: what the last one has left.
+   subroutine refine(self, a, b, d, lambda)
+      class(normal_solver_t), intent(inout) :: self
+      type(csr_t), intent(in) :: a
+      real(wp), intent(in) :: b(self%c)
+      real(wp), intent(inout) :: d(self%n), lambda(self%c)
+      real(wp) :: left(self%c), more(self%c)
+      integer :: i
+
+      do i = 1, self%refinements
+         call a%multiply(d, left, b)
+         call self%multipliers(left, more)
+         call self%correction(a, more, d)
+         lambda(:) = lambda + more
+      end do
+   end subroutine refine
 
    !> Makes multipliers those of minimum norm, S^+ r: takes off them what makes no reaction. For reports: it may allocate.
    !!

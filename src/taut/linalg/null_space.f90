@@ -3,7 +3,7 @@ module taut_linalg_null_space
    use taut_kinds, only: wp
    use taut_linalg_lapack, only: dgeqp3, dorgqr
    use taut_linalg_pseudo_inverse, only: singular_value_inverse_t
-   use taut_linalg_rank, only: doubtful_in_root, rcond_of_root
+   use taut_linalg_rank, only: rcond_of_root
    implicit none (type, external)
    private
    public :: null_space
@@ -37,7 +37,7 @@ contains
       end do
       right = 1.0_wp
       call inverse%init(c, n)
-      call inverse%compute(a, left, right, rcond_of_root, doubtful_in_root(0.0_wp), info)
+      call inverse%compute(a, left, right, rcond_of_root, rcond_of_root, info)
       if (info /= 0) return
       rank = inverse%rank
       allocate (a_plus, source=inverse%inverse)

@@ -1,41 +1,94 @@
-!> The decision on the rank of a constraint matrix: what counts as zero, with each number and its reason in this one place.
+!> What decides on ranks: every number that tells zero from small, each with its reason.
 !!
-!! A row that depends on others shows as a small pivot or singular value of S = A K^-1 A^T, or of A L^-T with K = L L^T. These
-!! are judged on matrices scaled to unit rows (unit diagonal for S), so that units of constraints and masses do not matter.
+!! Which rows of a constraint matrix A depend on others is decided by `taut_linalg_row_selection` once for all solvers, in the
+!! geometry of A and not in S = A K^-1 A^T, where masses and squares hide what is small; `taut_linalg_rank_keeper` carries the
+!! decision along a motion. Where S alone is given, `taut_linalg_pseudo_inverse` judges its spectrum.
 module taut_linalg_rank
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: rcond_of_s, rcond_of_root, rcond_of_pivots, widest_range
-   public :: doubtful_in_s, doubtful_in_root, pivot_cut, least_pivot, unit_diagonal
+   public :: doubtful_pivot, independent, exactly_dependent, largest_share, with_noise
+   public :: dead_pivot, dead_steps, passed_pivot, pivot_floor, weak_pivot, weaker, ill_conditioned, very_ill_conditioned
+   public :: seen_rising, rising_steps, above_violation
+   public :: rcond_of_s, rcond_of_root, rcond_of_pivots, widest_range, doubtful_in_s, least_pivot, unit_diagonal
    public :: effective_rank, rank_by_pivots, clear_rank_by_pivots
+
+   ! Rows of A, of length one; see `taut_linalg_row_selection`.
+
+   !> A pivot of S = B B^T below this is a reason to look at the row itself. Above, it is not zero whatever the null vector: the
+   !! error of a pivot is some eps |v|^2, and |v| was 300 in chains of 30 loops.
+   real(wp), parameter :: doubtful_pivot = 1.0e-4_wp
+   !> A row is kept if it has more than this that the others do not have, |B^T v| > 3e-7 |v|: 20 sqrt(eps), below which normal
+   !! equations cannot tell. Dependent rows of 700 mechanisms had at most 8e-15, or 100 times the violation of their
+   !! constraints; independent ones, with parts as slender as 1e-6, at least 1.1e-7.
+   real(wp), parameter :: independent = 3.0e-7_wp
+   !> A row that is left out although it has more than this only nearly depends on the others: a mechanism of the size 1 at a
+   !! distance of 1e6 from its origin has this much round-off.
+   real(wp), parameter :: exactly_dependent = 1.0e-10_wp
+   !> Entries of null vectors beyond this ask for another choice of rows: at 1, exchanges would go on for ever between rows that
+   !! are equals; without any, entries reach 1e5.
+   real(wp), parameter :: largest_share = 2.0_wp
+   !> Beside the manifold a dependent row seems independent by about as much as constraints are violated; what exceeds the
+   !! second is taken for independent all the same, as Newton's iteration is to see it.
+   real(wp), parameter :: noise_factor = 10.0_wp, largest_noise = 1.0e-3_wp
+
+   ! Along a motion; see `taut_linalg_rank_keeper`. Pivots are those of the kept rows, relative to their diagonal entries of S.
+
+   !> A pivot of kept rows below this is a dead point: nothing is left of the row, within the square of 1e-6.
+   real(wp), parameter :: dead_pivot = 1.0e-12_wp
+   !> Near a dead point, kept rows with a pivot below this are passed over for the moment: to meet them would move the state by the
+   !! tolerance of the projection, 1e-12, over the root of the pivot, which is more than the integration is wrong by.
+   real(wp), parameter :: passed_pivot = 1.0e-8_wp
+   !> Passing a dead point takes a step or two; staying there so many accepted steps is a change of the rank.
+   integer, parameter :: dead_steps = 5
+   !> Kept rows with a pivot below the first, and weaker than those chosen by the second, may no longer be the best choice.
+   real(wp), parameter :: weak_pivot = 1.0e-6_wp, weaker = 1.0e-2_wp
+   !> Rows that are left out are independent again when motions that the kept rows allow violate them by more than the first,
+   !! which is what a row of 1e-6 leaves, and by more than the second times the violation of the constraints, at two accepted steps
+   !! running: one of them may be a dead point.
+   real(wp), parameter :: seen_rising = 1.0e-6_wp, above_violation = 100.0_wp
+   integer, parameter :: rising_steps = 2
+   !> With a pivot below these, solutions are made exact by a second and by a third pass through A: each pass has an error of eps
+   !! over the pivot of what it corrects.
+   real(wp), parameter :: ill_conditioned = 1.0e-5_wp, very_ill_conditioned = 1.0e-10_wp
+   !> What counts as zero among pivots of rows that were found independent: round-off.
+   real(wp), parameter :: pivot_floor = 16.0_wp*epsilon(1.0_wp)
+
+   ! A symmetric matrix S alone, or any matrix by its singular values.
 
    !> Singular values of S below this, relative to the largest, are zero: S is formed with an error of some n units of round-off,
    !! so that nothing below carries information for n up to thousands.
    real(wp), parameter :: rcond_of_s = 1.0e-12_wp
-   !> The same for A L^-T, whose singular values are the roots of those of S and are not spoiled by squaring: below, they are
-   !! round-off of the rows of A themselves.
-   real(wp), parameter :: rcond_of_root = 1.0e-9_wp
+   !> The same for matrices that are not squares of others.
+   real(wp), parameter :: rcond_of_root = independent
    !> The same for pivots that decide alone: they may exceed the singular value that they stand for by some decades.
    real(wp), parameter :: rcond_of_pivots = 1.0e-8_wp
    !> Pivots and singular values of S above this are safely not zero: they cannot be mistaken for what round-off or a slightly
-   !! violated constraint has made out of a zero. Below, they are doubtful; for A L^-T, its root.
-   real(wp), parameter :: safe_in_s = 1.0e-8_wp, safe_in_root = 1.0e-4_wp
+   !! violated constraint has made out of a zero. Below, they are doubtful.
+   real(wp), parameter :: safe_in_s = 1.0e-8_wp
    !> A pivot can be larger than the singular value that it stands for: where singular values can be asked, pivots decide only
    !! if they are that much clearer.
    real(wp), parameter :: clearly = 10.0_wp
    !> Ratio of neighboring singular values that tells 'small' from 'nothing but noise' in the doubtful zone: a chain's spectrum
    !! decays by less from one value to the next.
    real(wp), parameter :: gap = 1.0e3_wp
-   !> The noise that is let through must stay below this part of what it is compared with.
-   real(wp), parameter :: noise_factor = 10.0_wp
-   !> Pivots that decide alone are never cut above this for the sake of noise: long chains have such pivots.
-   real(wp), parameter :: largest_cut = 1.0e-6_wp
    !> Where the singular values that count spread more than this, round-off of the large ones hides the small ones, and the
    !! solution is that of the scaled matrix.
    real(wp), parameter :: widest_range = 1.0e-6_wp
 
 contains
+
+   !> How much a row must have that others do not have, where the rows have errors.
+   pure function with_noise(threshold, noise) result(least)
+      !> What it must have without errors.
+      real(wp), intent(in) :: threshold
+      !> Relative error of the rows of A, for want of a state that meets the constraints.
+      real(wp), intent(in) :: noise
+      !> What it must have.
+      real(wp) :: least
+
+      least = max(threshold, min(largest_noise, noise_factor*noise))
+   end function with_noise
 
    !> Up to which size, relative to the largest, singular values and pivots of S are doubtful.
    pure function doubtful_in_s(noise) result(doubtful)
@@ -47,29 +100,6 @@ contains
 
       doubtful = max(safe_in_s, min(1.0_wp, (noise_factor*noise)**2))
    end function doubtful_in_s
-
-   !> The same for singular values of A L^-T.
-   pure function doubtful_in_root(noise) result(doubtful)
-      !> Relative error of the rows of A.
-      real(wp), intent(in) :: noise
-      !> Between `rcond_of_root` and 1.
-      real(wp) :: doubtful
-
-      doubtful = max(safe_in_root, min(1.0_wp, noise_factor*noise))
-   end function doubtful_in_root
-
-   !> Pivots of S in a fixed order up to this part of their own diagonal entry are zero.
-   pure function pivot_cut(rcond, noise) result(cut)
-      !> What counts as zero without noise.
-      real(wp), intent(in) :: rcond
-      !> Relative error of the rows of A.
-      real(wp), intent(in) :: noise
-      !> The part.
-      real(wp) :: cut
-
-      ! What a slightly violated constraint makes out of a zero is of the order of the square of the violation.
-      cut = max(rcond, min(largest_cut, (noise_factor*noise)**2))
-   end function pivot_cut
 
    !> Size of the pivots of a matrix of unit diagonal below which there is round-off alone.
    pure function least_pivot(n) result(least)

@@ -1,4 +1,4 @@
-!> L D L^T of a sparse symmetric positive semi-definite matrix; rows that depend on others are left out.
+!> L D L^T of a sparse symmetric positive semi-definite matrix; rows without a pivot are passed over.
 module taut_linalg_sparse_factor
    use taut_kinds, only: wp
    implicit none (type, external)
@@ -7,19 +7,20 @@ module taut_linalg_sparse_factor
 
    !> The factor, row by row, with the entries that the elimination fills in found out once.
    !!
-   !! Pivots are judged as in `banded_factor_t`. Source: T.A. Davis, Algorithm 849: a concise sparse Cholesky factorization
+   !! Source: T.A. Davis, Algorithm 849: a concise sparse Cholesky factorization
    !! package, ACM Trans. Math. Softw. 31 (2005) 587-591.
    type :: sparse_factor_t
       integer :: n = 0
-      !> Rows that were not left out.
-      integer :: rank = 0
-      !> Reciprocals of the pivots; zero where a row is left out.
+      !> Reciprocals of the pivots; zero where a row is passed over.
       real(wp), allocatable :: reciprocal(:)
       !> Entries of L by columns: first of each column, row of each.
       integer, allocatable :: first(:), row(:)
-      !> Entries of L by rows: first of each row, column and place of each; and those of the matrix.
-      integer, allocatable, private :: row_first(:), column(:), place(:), given_first(:)
-      real(wp), allocatable, private :: l(:), y(:)
+      !> Entries of L by rows: first of each row, ascending column of each, and its place among those by columns.
+      integer, allocatable :: row_first(:), column(:), place(:)
+      !> Entries of L below its diagonal, by columns; column j times pivot j is that of the matrix.
+      real(wp), allocatable :: l(:)
+      integer, allocatable, private :: given_first(:)
+      real(wp), allocatable, private :: y(:)
    contains
       procedure :: init
       procedure :: work
@@ -124,19 +125,18 @@ contains
    end function work
 
    !> Factorizes the matrix whose lower triangle is given entry by entry.
-   pure subroutine factorize(self, s, column, cut)
+   pure subroutine factorize(self, s, column, least)
       !> The factor.
       class(sparse_factor_t), intent(inout) :: self
       !> Entries, finite: the diagonal (n), then those below it, row by row.
       real(wp), intent(in), contiguous :: s(:)
       !> Column of those below the diagonal.
       integer, intent(in), contiguous :: column(:)
-      !> Pivots up to this part of their diagonal entry are zero.
-      real(wp), intent(in) :: cut
+      !> Pivots up to this part of their diagonal entry are passed over: (n).
+      real(wp), intent(in), contiguous :: least(:)
       integer :: e, i, k, p
       real(wp) :: d, t
 
-      self%rank = self%n
       do k = 1, self%n
          do e = self%given_first(k), self%given_first(k + 1) - 1
             self%y(column(e)) = s(self%n + e)
@@ -152,16 +152,15 @@ contains
             self%l(self%place(e)) = t*self%reciprocal(i)
             d = d - t*self%l(self%place(e))
          end do
-         if (d <= cut*s(k)) then
+         if (d <= least(k)*s(k)) then
             self%reciprocal(k) = 0.0_wp
-            self%rank = self%rank - 1
          else
             self%reciprocal(k) = 1.0_wp/d
          end if
       end do
    end subroutine factorize
 
-   !> x := S^-1 x; zero where a row is left out.
+   !> x := S^-1 x; zero where a row is passed over.
    pure subroutine solve(self, x)
       !> The factor.
       class(sparse_factor_t), intent(in) :: self

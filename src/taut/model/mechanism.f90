@@ -102,6 +102,7 @@ module taut_model_mechanism
       procedure :: x_name
       procedure :: v_name
       procedure :: pattern
+      procedure :: column_groups
       procedure :: constraint
       procedure :: jacobian
       procedure :: jacobian_entries
@@ -287,6 +288,14 @@ module taut_model_mechanism
          !> Column of each entry, ascending in each row.
          integer, allocatable, intent(out) :: column(:)
       end subroutine pattern
+
+      !> The translation of each body has a unit and a size of its own, and so has its rotation.
+      module subroutine column_groups(self, group)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The number of the set for each velocity: (n).
+         integer, allocatable, intent(out) :: group(:)
+      end subroutine column_groups
 
       !> phi, row by row.
       module subroutine constraint(self, at, value)

@@ -17,6 +17,7 @@ module taut_constrained_method_baseline
       procedure :: rhs
       procedure :: stabilize => nothing_to_stabilize
       procedure :: coordinate_rate
+      procedure :: accepted
       procedure :: multipliers
    end type baseline_t
 
@@ -66,7 +67,8 @@ contains
             call model%constraint(at, self%phi)
             noise = relative_violation(self%phi, projector%a, at%x)
          end if
-         call mass%reduce(projector, noise, info)
+         if (.not. projector%keeper%holds) call projector%keeper%decide(projector%a, noise)
+         call mass%reduce(projector, info)
          if (info /= rhs_ok) return
          call model%force(at, self%force)
          call mass%accelerate(projector, self%force, vdot)
@@ -103,6 +105,23 @@ contains
       info = rhs_ok
       call self%model%x_rate(self%at, self%at%v, xdot)
    end subroutine coordinate_rate
+
+   !> Looks at the rank.
+   subroutine accepted(self, t, y, replaced)
+      !> The formulation.
+      class(baseline_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}: (size).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> False: it stays.
+      logical, intent(out) :: replaced
+
+      replaced = .false.
+      call self%mass%look(self%model, self%at, self%projector)
+      associate (unused_time => t, unused_state => y)
+      end associate
+   end subroutine accepted
 
    !> lambda of the last evaluation.
    subroutine multipliers(self, s)

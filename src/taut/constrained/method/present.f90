@@ -4,7 +4,7 @@ module taut_constrained_method_present
    use taut_error, only: error_t
    use taut_constrained_implicit, only: implicit_form_t
    use taut_constrained_method, only: constrained_ode_t, sample_t
-   use taut_ode_system, only: evaluated_step_end, inside_step, rhs_ok, stage_equations_t
+   use taut_ode_system, only: evaluated_step_end, inside_step, rhs_no_projection, rhs_ok, stage_equations_t
    implicit none (type, external)
    private
    public :: present_t
@@ -22,6 +22,7 @@ module taut_constrained_method_present
       procedure :: rhs
       procedure :: project
       procedure :: filter_error
+      procedure :: accepted
       procedure :: multipliers
       procedure :: stage_equations
    end type present_t
@@ -79,7 +80,7 @@ contains
          call model%acceleration_rhs(at, self%b_second)
          ! (f) reduced mass matrix, Eq. (20), and unconstrained acceleration M^-1 f, Eq. (21)
          call mass%renew(model, at, info)
-         if (info == rhs_ok) call mass%reduce(projector, 0.0_wp, info)
+         if (info == rhs_ok) call mass%reduce(projector, info)
          if (info /= rhs_ok) return
          call model%force(at, self%force)
          call mass%accelerate(projector, self%force, vdot)
@@ -114,6 +115,7 @@ contains
 
       if (self%projects_stages) then
          call self%projector%position(self%model, self%at, info)
+         if (info == rhs_no_projection) call self%projector%position_again(self%model, self%at, info)
       else
          info = rhs_ok
          call self%model%normalize(self%at%x)
@@ -173,6 +175,23 @@ contains
       call self%projector%filter_position(self%model, self%at, error(:n_x))
       if (self%replaces_v) call self%projector%filter_velocity(self%model, error(n_x + 1:n_x + self%model%n))
    end subroutine filter_error
+
+   !> Looks at the rank.
+   subroutine accepted(self, t, y, replaced)
+      !> The formulation.
+      class(present_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}: (size).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> False: it stays.
+      logical, intent(out) :: replaced
+
+      replaced = .false.
+      if (self%model%c > 1) call self%projector%look(self%model, self%at)
+      associate (unused_time => t, unused_state => y)
+      end associate
+   end subroutine accepted
 
    !> lambda and mu of the last evaluation.
    subroutine multipliers(self, s)

@@ -10,6 +10,12 @@ submodule(taut_constrained_system) taut_constrained_system_defaults
 
 contains
 
+   module procedure one_group
+      allocate (group(0))
+      associate (unused_system => self)
+      end associate
+   end procedure one_group
+
    !> A vector of zeros.
    module procedure zero_vector
       value(:) = 0.0_wp

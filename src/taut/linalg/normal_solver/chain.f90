@@ -10,7 +10,6 @@ module taut_linalg_normal_solver_chain
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
    use taut_linalg_normal_solver_banded, only: banded_solver_t
-   use taut_linalg_rank, only: pivot_cut
    implicit none (type, external)
    private
    public :: chain_solver_t, are_chained
@@ -28,7 +27,7 @@ module taut_linalg_normal_solver_chain
 contains
 
    !> Allocates the workspace.
-   subroutine init(self, a, c, sizes, rcond)
+   subroutine init(self, a, c, sizes)
       !> The solver.
       class(chain_solver_t), intent(inout) :: self
       !> A matrix with the pattern of A, for which `are_chained` holds.
@@ -37,15 +36,13 @@ contains
       integer, intent(in) :: c
       !> Sizes of the blocks of K, all 1.
       integer, intent(in) :: sizes(:)
-      !> Relative size below which pivots count as zero; 0 for the default.
-      real(wp), intent(in) :: rcond
 
-      call self%banded_solver_t%init(a, c, sizes, rcond)
+      call self%banded_solver_t%init(a, c, sizes)
       self%missing = 4 - (a%first(2) - a%first(1))
    end subroutine init
 
    !> Takes a new A, and K factorized.
-   subroutine factorize(self, a, k, identity, info, noise)
+   subroutine factorize(self, a, k, identity, info)
       !> The solver.
       class(chain_solver_t), intent(inout) :: self
       !> The constraint matrix.
@@ -56,21 +53,20 @@ contains
       logical, intent(in) :: identity
       !> 0, or 1 if there are entries that are not finite.
       integer, intent(out) :: info
-      !> Relative error of the rows of A.
-      real(wp), intent(in) :: noise
-      real(wp) :: cut
 
       self%identity = identity
-      cut = pivot_cut(self%rcond, noise)
+      if (self%is_new) call self%set_least()
       if (identity) then
-         call factorize_chained(self%c, self%missing, self%n, a%values, a%values, cut, self%normal%s, self%band%l, &
-                                self%band%reciprocal, self%rank, info)
+         call factorize_chained(self%c, self%missing, self%n, a%values, a%values, self%least, self%normal%s, self%band%l, &
+                                self%band%reciprocal, info)
       else
          call k%divide(self%normal%a_kinv%column, a%values, self%normal%a_kinv%values)
-         call factorize_chained(self%c, self%missing, self%n, a%values, self%normal%a_kinv%values, cut, self%normal%s, &
-                                self%band%l, self%band%reciprocal, self%rank, info)
+         call factorize_chained(self%c, self%missing, self%n, a%values, self%normal%a_kinv%values, self%least, self%normal%s, &
+                                self%band%l, self%band%reciprocal, info)
       end if
-      self%band%rank = self%rank
+      if (info /= 0 .or. .not. self%is_new) return
+      call self%judge(self%weakest())
+      call self%set_least()
    end subroutine factorize
 
    !> d := d - K^-1 A^T lambda with lambda = S^-1 r, r = A d - b.
@@ -85,7 +81,7 @@ contains
       real(wp), intent(inout) :: d(self%n)
       !> The violation: (c).
       real(wp), intent(inout) :: r(self%c)
-      !> The multipliers, those of rows that are left out zero: (c).
+      !> The multipliers, those of rows that are not kept zero: (c).
       real(wp), intent(inout) :: lambda(self%c)
 
       if (self%identity) then
@@ -118,23 +114,22 @@ contains
    end function are_chained
 
    !> S and its factor L D L^T, eliminated from both ends as `banded_factor_t` does it.
-   pure subroutine factorize_chained(c, missing, n, a, a_kinv, cut, s, l, reciprocal, rank, info)
+   pure subroutine factorize_chained(c, missing, n, a, a_kinv, least, s, l, reciprocal, info)
       !> Rows, missing entries of the first one, columns.
       integer, intent(in) :: c, missing, n
       !> Entries of A and of A K^-1.
       real(wp), intent(in) :: a(*), a_kinv(*)
-      !> Pivots up to this part of their diagonal entry are zero.
-      real(wp), intent(in) :: cut
+      !> Pivots up to this part of their diagonal entry are passed over: (c).
+      real(wp), intent(in) :: least(*)
       !> S: the diagonal (c), then what is below it (c - 1).
       real(wp), intent(inout) :: s(*)
-      !> L, the multipliers between neighbors: (c - 1); reciprocals of the pivots, zero where a row is left out: (c).
+      !> L, the multipliers between neighbors: (c - 1); reciprocals of the pivots, zero where a row is passed over: (c).
       real(wp), intent(inout) :: l(*), reciprocal(*)
-      !> Rows that were not left out; 0, or 1 if an entry of A is not finite.
-      integer, intent(out) :: rank, info
+      !> 0, or 1 if an entry of A is not finite.
+      integer, intent(out) :: info
       real(wp) :: below, down, e, lost, of_down, of_up, q, up
       integer :: i, j, k, middle
 
-      rank = c
       info = 1
       middle = (c + 1)/2
       k = 4 - missing
@@ -151,7 +146,7 @@ contains
       lost = 0.0_wp
       j = c
       if (mod(c, 2) == 0) then
-         call invert(up, cut*of_up, q, rank)
+         call invert(up, least(c)*of_up, q)
          reciprocal(c) = q
          j = c - 1
          call multiply_rows(a, a_kinv, 4*j - missing, -4, of_up, below)
@@ -163,7 +158,7 @@ contains
          up = of_up - lost
       end if
       do i = 1, middle - 1
-         call invert(down, cut*of_down, q, rank)
+         call invert(down, least(i)*of_down, q)
          reciprocal(i) = q
          call multiply_rows(a, a_kinv, 4*i - missing, 0, of_down, e)
          s(i + 1) = of_down
@@ -171,7 +166,7 @@ contains
          ! The next pivot waits for as few operations as possible.
          down = of_down - (e*e)*q
          l(i) = e*q
-         call invert(up, cut*of_up, q, rank)
+         call invert(up, least(j)*of_up, q)
          reciprocal(j) = q
          j = j - 1
          call multiply_rows(a, a_kinv, 4*j - missing, -4, of_up, below)
@@ -183,21 +178,19 @@ contains
          if (.not. (ieee_is_finite(of_down) .and. ieee_is_finite(of_up))) return
       end do
       ! Both neighbors of the middle are eliminated.
-      call invert(down - lost, cut*of_up, reciprocal(middle), rank)
+      call invert(down - lost, least(middle)*of_up, reciprocal(middle))
       info = 0
    end subroutine factorize_chained
 
-   !> 1/pivot, or zero and one row less.
-   pure subroutine invert(pivot, least, value, rank)
+   !> 1/pivot, or zero.
+   pure subroutine invert(pivot, least, value)
       real(wp), intent(in) :: pivot, least
       real(wp), intent(out) :: value
-      integer, intent(inout) :: rank
 
       if (pivot > least) then
          value = 1.0_wp/pivot
       else
          value = 0.0_wp
-         rank = rank - 1
       end if
    end subroutine invert
 

@@ -5,9 +5,9 @@ module taut_linalg_normal_solver_choose
    use taut_linalg_normal_solver, only: normal_solver_t
    use taut_linalg_normal_solver_banded, only: banded_solver_t
    use taut_linalg_normal_solver_chain, only: are_chained, chain_solver_t
-   use taut_linalg_normal_solver_dgelsd, only: dgelsd_solver_t
+   use taut_linalg_normal_solver_dgelsd, only: dgelsd_solver_t, moore_penrose_solver_t
    use taut_linalg_normal_solver_factor, only: factor_solver_t
-   use taut_linalg_normal_solver_pivoted, only: pivoted_or_dgelsd_solver_t, pivoted_solver_t
+   use taut_linalg_normal_solver_pivoted, only: pivoted_solver_t
    use taut_linalg_normal_solver_scalar, only: scalar_solver_t
    use taut_linalg_normal_solver_sparse, only: sparse_solver_t
    implicit none (type, external)
@@ -16,10 +16,9 @@ module taut_linalg_normal_solver_choose
 
    !> Names of solvers.
    !!
-   !! `auto`: of an A with a pattern, banded or sparse where that pays; otherwise Cholesky with pivoting where its pivots
-   !! leave no doubt about the rank, and DGELSD where they do. `dgelsd`: always that. `factor`: DGELSD on A L^-T, K = L L^T,
-   !! which does not square the condition number. `pivoted-cholesky`: always that. `banded`, `sparse`: L D L^T in an ordering
-   !! with a small bandwidth or with little fill.
+   !! `auto`: of an A with a pattern, banded or sparse where that pays; otherwise Cholesky with pivoting. `dgelsd`: by singular
+   !! values of S. `factor`: by those of A L^-T, K = L L^T, which does not square the condition number. `pivoted-cholesky`: always
+   !! that. `banded`, `sparse`: L D L^T in an ordering with a small bandwidth or with little fill.
    character(len=16), parameter :: solver_names(6) = [character(len=16) :: 'auto', 'dgelsd', 'factor', 'pivoted-cholesky', &
                                                       'banded', 'sparse']
 
@@ -40,15 +39,19 @@ contains
       integer, intent(in) :: c
       !> Sizes of the blocks of K.
       integer, intent(in) :: sizes(:)
-      !> Relative size below which what tells the rank counts as zero: singular values of S or, for `factor`, of A L^-T; pivots.
-      !! 0 takes the default of the solver.
+      !> `dgelsd`: if not 0, the relative size below which singular values of S are zero, and not what is known of the rank, tells
+      !! which count. Without effect on others.
       real(wp), intent(in) :: rcond
       !> The solver.
       class(normal_solver_t), allocatable, intent(out) :: solver
 
       select case (name)
       case ('dgelsd')
-         allocate (dgelsd_solver_t :: solver)
+         if (rcond > 0.0_wp) then
+            allocate (solver, source=new_moore_penrose(rcond))
+         else
+            allocate (dgelsd_solver_t :: solver)
+         end if
       case ('factor')
          allocate (factor_solver_t :: solver)
       case ('banded')
@@ -58,17 +61,23 @@ contains
       case default
          if (a%full .and. c == 1) then
             allocate (scalar_solver_t :: solver)
-         else if (name == 'pivoted-cholesky') then
+         else if (a%full .or. name == 'pivoted-cholesky') then
             allocate (pivoted_solver_t :: solver)
-         else if (a%full) then
-            allocate (pivoted_or_dgelsd_solver_t :: solver)
          else
-            call choose_by_cost(a, c, sizes, rcond, solver)
+            call choose_by_cost(a, c, sizes, solver)
             return
          end if
       end select
-      call solver%init(a, c, sizes, rcond)
+      call solver%init(a, c, sizes)
    end subroutine choose_solver
+
+   !> The Moore-Penrose inverse with a bound.
+   function new_moore_penrose(rcond) result(solver)
+      real(wp), intent(in) :: rcond
+      type(moore_penrose_solver_t) :: solver
+
+      solver%s_plus%rcond = rcond
+   end function new_moore_penrose
 
    !> The solver for a small bandwidth, or that for a chain, which needs no other ordering.
    subroutine allocate_banded(a, c, sizes, solver)
@@ -84,16 +93,15 @@ contains
    end subroutine allocate_banded
 
    !> Banded, sparse or dense for an A with a pattern.
-   subroutine choose_by_cost(a, c, sizes, rcond, solver)
+   subroutine choose_by_cost(a, c, sizes, solver)
       type(csr_t), intent(in) :: a
       integer, intent(in) :: c, sizes(:)
-      real(wp), intent(in) :: rcond
       class(normal_solver_t), allocatable, intent(out) :: solver
       class(normal_solver_t), allocatable :: other
       real(wp) :: banded, sparse
 
       call allocate_banded(a, c, sizes, solver)
-      call solver%init(a, c, sizes, rcond)
+      call solver%init(a, c, sizes)
       select type (solver)
       class is (banded_solver_t)
          if (solver%band%width <= 1) return
@@ -101,7 +109,7 @@ contains
       end select
       if (c > few) then
          allocate (sparse_solver_t :: other)
-         call other%init(a, c, sizes, rcond)
+         call other%init(a, c, sizes)
          select type (other)
          class is (sparse_solver_t)
             sparse = other%work()
@@ -112,8 +120,8 @@ contains
          end if
       end if
       deallocate (solver)
-      allocate (pivoted_or_dgelsd_solver_t :: solver)
-      call solver%init(a, c, sizes, rcond)
+      allocate (pivoted_solver_t :: solver)
+      call solver%init(a, c, sizes)
    end subroutine choose_by_cost
 
 end module taut_linalg_normal_solver_choose

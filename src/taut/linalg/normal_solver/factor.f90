@@ -1,34 +1,40 @@
-!> The pseudo-inverse of A L^-T with K = L L^T, by DGELSD: the condition number is not squared.
+!> The pseudo-inverse of the kept rows of A L^-T with K = L L^T, by DGELSD: the condition number is not squared.
 module taut_linalg_normal_solver_factor
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
    use taut_linalg_normal_solver, only: normal_solver_t
+   use taut_linalg_pivoted_cholesky, only: orthonormalize, remove_components
    use taut_linalg_pseudo_inverse, only: singular_value_inverse_t
-   use taut_linalg_rank, only: doubtful_in_root, rcond_of_root
+   use taut_linalg_rank, only: pivot_floor
    implicit none (type, external)
    private
    public :: factor_solver_t
 
-   !> A root of S.
+   !> A root B = L^-1 A^T of S = B^T B.
    type, extends(normal_solver_t) :: factor_solver_t
-      real(wp), private :: rcond = rcond_of_root
-      !> (A L^-T)^+.
+      !> The pseudo-inverse of the kept columns of B, transposed.
       type(singular_value_inverse_t), private :: root
-      !> A L^-T: (c, n); first L^-1 A^T, then K^-1 A^T: (n, c); scales of rows (c) and columns (n); workspace: (n).
-      real(wp), allocatable, private :: a_linvt(:, :), kinv_at(:, :), row(:), ones(:), z(:)
+      !> The kept rows, then the others.
+      integer, allocatable, private :: row(:)
+      !> B: (n, c), and the kept rows of B^T: (rank, n); K^-1 A^T: (n, c); orthonormal null vectors: (c, c - rank).
+      real(wp), allocatable, private :: b(:, :), basis(:, :), kinv_at(:, :), null(:, :)
+      !> Scales of rows (rank) and columns (n); workspace: (n).
+      real(wp), allocatable, private :: scale(:), ones(:), z(:)
    contains
       procedure :: init
+      procedure :: keep
       procedure :: factorize
       procedure :: multipliers
       procedure :: correction
+      procedure :: weakest
    end type factor_solver_t
 
 contains
 
    !> Allocates the workspace.
-   subroutine init(self, a, c, sizes, rcond)
+   subroutine init(self, a, c, sizes)
       !> The solver.
       class(factor_solver_t), intent(inout) :: self
       !> A matrix with the pattern of A.
@@ -37,21 +43,34 @@ contains
       integer, intent(in) :: c
       !> Sizes of the blocks of K.
       integer, intent(in) :: sizes(:)
-      !> Relative size below which singular values of A L^-T count as zero; 0 for the default.
-      real(wp), intent(in) :: rcond
 
-      self%c = c
-      self%n = a%n
-      if (rcond > 0.0_wp) self%rcond = rcond
-      allocate (self%a_linvt(c, a%n), self%kinv_at(a%n, c), self%row(c), self%z(a%n), source=0.0_wp)
+      call self%set_sizes(c, a%n)
+      allocate (self%b(a%n, c), self%kinv_at(a%n, c), self%z(a%n), source=0.0_wp)
       allocate (self%ones(a%n), source=1.0_wp)
-      call self%root%init(c, a%n)
+      call self%keep(spread(.true., 1, c))
       associate (unused_sizes => sizes)
       end associate
    end subroutine init
 
+   !> Takes the rows that are independent.
+   subroutine keep(self, kept)
+      !> The solver, after `init`.
+      class(factor_solver_t), intent(inout) :: self
+      !> Which they are: (c).
+      logical, intent(in) :: kept(:)
+      integer :: c, i, rank
+
+      call self%set_kept(kept)
+      c = self%c
+      rank = self%rank
+      self%row = [pack([(i, i=1, c)], kept), pack([(i, i=1, c)], .not. kept)]
+      if (allocated(self%basis)) deallocate (self%basis, self%null, self%scale)
+      allocate (self%basis(rank, self%n), self%null(c, c - rank), self%scale(rank), source=0.0_wp)
+      call self%root%init(rank, self%n)
+   end subroutine keep
+
    !> Takes a new A, and K factorized.
-   subroutine factorize(self, a, k, identity, info, noise)
+   subroutine factorize(self, a, k, identity, info)
       !> The solver.
       class(factor_solver_t), intent(inout) :: self
       !> The constraint matrix.
@@ -62,9 +81,8 @@ contains
       logical, intent(in) :: identity
       !> 0, or not 0 if there are entries that are not finite or the singular values were not found.
       integer, intent(out) :: info
-      !> Relative error of the rows of A.
-      real(wp), intent(in) :: noise
       integer :: i, j, l, last
+      real(wp) :: least
 
       self%identity = identity
       info = 1
@@ -73,31 +91,58 @@ contains
       do l = 1, last
          if (.not. ieee_is_finite(a%values(l))) return
       end do
-      self%kinv_at(:, :) = 0.0_wp
+      self%b(:, :) = 0.0_wp
       do i = 1, self%c
          if (a%full) then
             do j = 1, self%n
-               self%kinv_at(j, i) = a%values((i - 1)*self%n + j)
+               self%b(j, i) = a%values((i - 1)*self%n + j)
             end do
          else
             do l = a%first(i), a%first(i + 1) - 1
-               self%kinv_at(a%column(l), i) = a%values(l)
+               self%b(a%column(l), i) = a%values(l)
             end do
          end if
       end do
-      if (.not. identity) call k%solve_lower(self%c, self%kinv_at)
-      do i = 1, self%c
-         do j = 1, self%n
-            if (.not. ieee_is_finite(self%kinv_at(j, i))) return
-            self%a_linvt(i, j) = self%kinv_at(j, i)
-         end do
-         self%row(i) = 1.0_wp
-         if (maxval(abs(self%kinv_at(:, i))) > tiny(1.0_wp)) self%row(i) = 1.0_wp/norm2(self%kinv_at(:, i))
+      if (.not. identity) call k%solve_lower(self%c, self%b)
+      if (.not. all(ieee_is_finite(self%b))) return
+      do i = 1, self%rank
+         self%basis(i, :) = self%b(:, self%row(i))
+         self%scale(i) = 1.0_wp
+         if (maxval(abs(self%basis(i, :))) > tiny(1.0_wp)) self%scale(i) = 1.0_wp/norm2(self%basis(i, :))
       end do
-      call self%root%compute(self%a_linvt, self%row, self%ones, self%rcond, doubtful_in_root(noise), info)
+      ! Singular values are the roots of those of S, and round-off is not.
+      least = self%cut
+      if (least > pivot_floor) least = sqrt(least)
+      call self%root%compute(self%basis, self%scale, self%ones, least, least, info)
+      if (info /= 0) return
+      self%kinv_at(:, :) = self%b
       if (.not. identity) call k%solve_lower_transposed(self%c, self%kinv_at)
-      self%rank = self%root%rank
+      call find_null_vectors(self)
+      if (self%is_new) call self%judge(self%weakest())
    end subroutine factorize
+
+   !> For each row that is not kept the multipliers of the others that make up for its own, made orthonormal.
+   subroutine find_null_vectors(self)
+      class(factor_solver_t), intent(inout) :: self
+      integer :: i, j
+
+      do j = 1, self%c - self%rank
+         self%null(:, j) = 0.0_wp
+         do i = 1, self%rank
+            self%null(self%row(i), j) = -dot_product(self%root%inverse(:, i), self%b(:, self%row(self%rank + j)))
+         end do
+         self%null(self%row(self%rank + j), j) = 1.0_wp
+         ! Once more: what they leave of the rows.
+         self%z(:) = 0.0_wp
+         do i = 1, self%c
+            self%z(:) = self%z + self%null(i, j)*self%b(:, i)
+         end do
+         do i = 1, self%rank
+            self%null(self%row(i), j) = self%null(self%row(i), j) - dot_product(self%root%inverse(:, i), self%z)
+         end do
+      end do
+      call orthonormalize(self%null, self%c - self%rank)
+   end subroutine find_null_vectors
 
    !> Multipliers S^+ r, of minimum norm.
    subroutine multipliers(self, r, lambda)
@@ -109,20 +154,34 @@ contains
       real(wp), intent(out) :: lambda(self%c)
       integer :: i, j
 
-      ! (B^T B)^+ = B^+ (B^+)^T with B = L^-1 A^T.
+      lambda(:) = r
+      call remove_components(self%null, self%c - self%rank, lambda)
+      ! (B^T B)^-1 = B^+ (B^+)^T with the kept columns of B.
       self%z(:) = 0.0_wp
-      do j = 1, self%c
+      do j = 1, self%rank
          do i = 1, self%n
-            self%z(i) = self%z(i) + self%root%inverse(i, j)*r(j)
+            self%z(i) = self%z(i) + self%root%inverse(i, j)*lambda(self%row(j))
          end do
       end do
-      do j = 1, self%c
-         lambda(j) = 0.0_wp
+      lambda(:) = 0.0_wp
+      do j = 1, self%rank
          do i = 1, self%n
-            lambda(j) = lambda(j) + self%root%inverse(i, j)*self%z(i)
+            lambda(self%row(j)) = lambda(self%row(j)) + self%root%inverse(i, j)*self%z(i)
          end do
       end do
+      call remove_components(self%null, self%c - self%rank, lambda)
    end subroutine multipliers
+
+   !> The square of the smallest singular value of the scaled basis, relative to the largest.
+   pure function weakest(self) result(pivot)
+      !> The solver, after `factorize`.
+      class(factor_solver_t), intent(in) :: self
+      !> 0 if some were taken for zero.
+      real(wp) :: pivot
+
+      pivot = 0.0_wp
+      if (self%root%rank == self%rank) pivot = 1.0_wp/self%root%condition**2
+   end function weakest
 
    !> d := d - K^-1 A^T lambda.
    pure subroutine correction(self, a, lambda, d)

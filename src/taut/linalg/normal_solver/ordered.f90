@@ -1,7 +1,6 @@
 !> What solvers have in common that factorize S = L D L^T entry by entry, in an ordering of its rows that suits them.
 !!
-!! Rows that depend on those before them in the ordering are left out: their multipliers are zero instead of all being of
-!! minimum norm, with the same reactions.
+!! Multipliers of rows that are not kept are zero instead of all being of minimum norm, with the same reactions.
 module taut_linalg_normal_solver_ordered
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
@@ -10,7 +9,6 @@ module taut_linalg_normal_solver_ordered
    use taut_linalg_normal_matrix, only: normal_matrix_t
    use taut_linalg_normal_solver, only: normal_solver_t
    use taut_linalg_pivoted_cholesky, only: orthonormalize, remove_components
-   use taut_linalg_rank, only: pivot_cut, rcond_of_pivots
    implicit none (type, external)
    private
    public :: ordered_solver_t
@@ -19,15 +17,17 @@ module taut_linalg_normal_solver_ordered
    type, abstract, extends(normal_solver_t) :: ordered_solver_t
       !> S and A K^-1.
       type(normal_matrix_t) :: normal
-      !> Size of a pivot, relative to its diagonal entry of S, that counts as zero.
-      real(wp) :: rcond = rcond_of_pivots
+      !> Pivots up to this part of their diagonal entry of S are passed over, those of rows that are not kept whatever their size:
+      !! (c), by places of the ordering.
+      real(wp), allocatable :: least(:)
       real(wp), allocatable, private :: z(:)
    contains
       procedure :: lay_out
       procedure(factorize_ordered), deferred :: factorize_ordered
       procedure(solve), deferred :: solve
-      procedure(is_left_out), deferred :: is_left_out
       procedure :: factorize
+      procedure :: set_least
+      procedure, nopass :: weakest_of
       procedure :: multipliers
       procedure :: minimum_norm
       procedure :: correction
@@ -35,14 +35,12 @@ module taut_linalg_normal_solver_ordered
 
    abstract interface
 
-      !> Factorizes S as it is in `normal`, finite, and sets `rank`.
-      pure subroutine factorize_ordered(self, cut)
-         import :: ordered_solver_t, wp
+      !> Factorizes S as it is in `normal`, finite, with the pivots that `least` lets pass.
+      pure subroutine factorize_ordered(self)
+         import :: ordered_solver_t
          implicit none (type, external)
          !> The solver.
          class(ordered_solver_t), intent(inout) :: self
-         !> Pivots up to this part of their diagonal entry are zero.
-         real(wp), intent(in) :: cut
       end subroutine factorize_ordered
 
       !> x := S^-1 x in the ordering; zero where a row is left out.
@@ -55,24 +53,12 @@ module taut_linalg_normal_solver_ordered
          real(wp), intent(inout), contiguous :: x(:)
       end subroutine solve
 
-      !> Whether a row is left out.
-      pure function is_left_out(self, i) result(left_out)
-         import :: ordered_solver_t
-         implicit none (type, external)
-         !> The solver, after `factorize`.
-         class(ordered_solver_t), intent(in) :: self
-         !> Its place in the ordering.
-         integer, intent(in) :: i
-         !> Whether it was.
-         logical :: left_out
-      end function is_left_out
-
    end interface
 
 contains
 
    !> Lays out S in the given order and finds which rows share coordinates.
-   subroutine lay_out(self, a, c, sizes, rcond, pattern, first, neighbor)
+   subroutine lay_out(self, a, c, sizes, pattern, first, neighbor)
       !> The solver.
       class(ordered_solver_t), intent(inout) :: self
       !> A matrix with the pattern of A.
@@ -81,8 +67,6 @@ contains
       integer, intent(in) :: c
       !> Sizes of the blocks of K.
       integer, intent(in) :: sizes(:)
-      !> Size of a pivot that counts as zero, or 0 for the default.
-      real(wp), intent(in) :: rcond
       !> The pattern of A; where all entries are stored, that which says so.
       type(csr_t), intent(out) :: pattern
       !> First neighbor of each row, as of `graph` of `normal_matrix_t`.
@@ -91,9 +75,7 @@ contains
       integer, allocatable, intent(out) :: neighbor(:)
       integer :: i, j
 
-      self%c = c
-      self%n = a%n
-      if (rcond > 0.0_wp) self%rcond = rcond
+      call self%set_sizes(c, a%n)
       if (a%full) then
          call pattern%set_pattern(a%n, [(i*a%n + 1, i=0, c)], [((j, j=1, a%n), i=1, c)])
       else
@@ -101,11 +83,11 @@ contains
       end if
       call self%normal%init(pattern, c, sizes)
       call self%normal%graph(first, neighbor)
-      allocate (self%z(c), source=0.0_wp)
+      allocate (self%z(c), self%least(c), source=0.0_wp)
    end subroutine lay_out
 
    !> Takes a new A, and K factorized.
-   subroutine factorize(self, a, k, identity, info, noise)
+   subroutine factorize(self, a, k, identity, info)
       !> The solver.
       class(ordered_solver_t), intent(inout) :: self
       !> The constraint matrix.
@@ -116,8 +98,6 @@ contains
       logical, intent(in) :: identity
       !> 0, or 1 if there are entries that are not finite.
       integer, intent(out) :: info
-      !> Relative error of the rows of A.
-      real(wp), intent(in) :: noise
       integer :: i
       logical :: finite
 
@@ -131,10 +111,54 @@ contains
       info = 1
       if (.not. finite) return
       info = 0
-      call self%factorize_ordered(pivot_cut(self%rcond, noise))
+      if (self%is_new) call self%set_least()
+      call self%factorize_ordered()
+      if (.not. self%is_new) return
+      call self%judge(self%weakest())
+      call self%set_least()
    end subroutine factorize
 
-   !> Multipliers S^+ r, those of rows that are left out zero.
+   !> Which pivots are passed over.
+   pure subroutine set_least(self)
+      !> The solver, after `reorder` of S.
+      class(ordered_solver_t), intent(inout) :: self
+      !> No pivot is larger than its diagonal entry.
+      real(wp), parameter :: all_of_them = 2.0_wp
+      integer :: i
+
+      do i = 1, self%c
+         self%least(i) = merge(self%cut, all_of_them, self%kept(self%normal%order(i)))
+      end do
+   end subroutine set_least
+
+   !> The smallest pivot of the kept rows relative to its diagonal entry.
+   pure function weakest_of(c, least, reciprocal, s) result(pivot)
+      !> Number of rows.
+      integer, intent(in) :: c
+      !> As of `set_least`, by places: (c).
+      real(wp), intent(in) :: least(c)
+      !> Reciprocals of the pivots, 0 if they were passed over, by places: (c).
+      real(wp), intent(in) :: reciprocal(c)
+      !> Diagonal of S, by places: (c).
+      real(wp), intent(in) :: s(c)
+      !> 0 if a kept row was passed over.
+      real(wp) :: pivot
+      real(wp) :: largest, one, smallest
+      integer :: i
+
+      largest = 1.0_wp
+      smallest = 1.0_wp
+      do i = 1, c
+         ! Rows that are not kept are taken for the best ones.
+         one = merge(1.0_wp, reciprocal(i)*s(i), least(i) > 1.0_wp)
+         largest = max(largest, one)
+         smallest = min(smallest, one)
+      end do
+      pivot = 0.0_wp
+      if (smallest > 0.0_wp) pivot = 1.0_wp/largest
+   end function weakest_of
+
+   !> Multipliers S^+ r, those of rows that are not kept zero.
    subroutine multipliers(self, r, lambda)
       !> The solver, after `factorize`.
       class(ordered_solver_t), intent(inout) :: self
@@ -170,11 +194,11 @@ contains
       integer :: i, j, l
 
       if (self%rank == self%c) return
-      ! Null vectors of S: one for each row that was left out, made up for by the others.
+      ! Null vectors of S: one for each row that is not kept, made up for by the others.
       allocate (null(self%c, self%c - self%rank), x(self%c), source=0.0_wp)
       j = 0
       do i = 1, self%c
-         if (.not. self%is_left_out(i)) cycle
+         if (self%kept(self%normal%order(i))) cycle
          j = j + 1
          x(:) = 0.0_wp
          do l = 1, size(self%normal%row)

@@ -1,61 +1,79 @@
-!> Cholesky's factorization of S with pivoting, alone or with singular values for those S whose pivots leave a doubt.
+!> Cholesky's factorization of S_KK, scaled to a unit diagonal, with pivoting.
 module taut_linalg_normal_solver_pivoted
    use taut_kinds, only: wp
-   use taut_linalg_csr, only: csr_t
-   use taut_linalg_normal_solver_dense, only: dense_solver_t
-   use taut_linalg_pseudo_inverse, only: by_either, by_pivots
-   use taut_linalg_rank, only: rcond_of_pivots
+   use taut_linalg_normal_solver_dense, only: basic_solver_t
+   use taut_linalg_pivoted_cholesky, only: pivoted_cholesky_t
+   use taut_linalg_rank, only: unit_diagonal
    implicit none (type, external)
    private
-   public :: pivoted_solver_t, pivoted_or_dgelsd_solver_t
+   public :: pivoted_solver_t
 
-   !> The rank is what the pivots say.
-   type, extends(dense_solver_t) :: pivoted_solver_t
+   !> The factor, and the scales of rows and columns.
+   type, extends(basic_solver_t) :: pivoted_solver_t
+      type(pivoted_cholesky_t), private :: cholesky
+      real(wp), allocatable, private :: scale(:)
    contains
-      procedure :: init
+      procedure :: keep
+      procedure :: invert
+      procedure :: solve
+      procedure :: weakest
    end type pivoted_solver_t
-
-   !> The rank is what the pivots say where they leave no doubt; otherwise DGELSD decides and solves.
-   type, extends(dense_solver_t) :: pivoted_or_dgelsd_solver_t
-   contains
-      procedure :: init => init_either
-   end type pivoted_or_dgelsd_solver_t
 
 contains
 
-   !> Allocates the workspace.
-   subroutine init(self, a, c, sizes, rcond)
+   !> Takes the rows that are independent.
+   subroutine keep(self, kept)
+      !> The solver, after `init`.
+      class(pivoted_solver_t), intent(inout) :: self
+      !> Which they are: (c).
+      logical, intent(in) :: kept(:)
+
+      call self%keep_basis(kept)
+      call self%cholesky%init(self%rank)
+      if (allocated(self%scale)) deallocate (self%scale)
+      allocate (self%scale(self%rank), source=1.0_wp)
+   end subroutine keep
+
+   !> Factorizes S_KK.
+   subroutine invert(self, s, info)
       !> The solver.
       class(pivoted_solver_t), intent(inout) :: self
-      !> A matrix with the pattern of A.
-      type(csr_t), intent(in) :: a
-      !> How many of its rows are used, from the first one on.
-      integer, intent(in) :: c
-      !> Sizes of the blocks of K.
-      integer, intent(in) :: sizes(:)
-      !> Relative size below which pivots count as zero; 0 for the default.
-      real(wp), intent(in) :: rcond
+      !> S_KK, finite: (rank, rank).
+      real(wp), intent(in) :: s(:, :)
+      !> 0.
+      integer, intent(out) :: info
+      integer :: i
 
-      self%s_plus%rcond = rcond_of_pivots
-      call self%lay_out(a, c, sizes, rcond)
-      call self%s_plus%init(c, by_pivots)
-   end subroutine init
+      info = 0
+      do i = 1, self%rank
+         self%scale(i) = unit_diagonal(s(i, i))
+      end do
+      call self%cholesky%factorize(s, self%scale, self%cut)
+      ! Rows at a dead point are left to the others for the moment.
+      call self%cholesky%set_rank(count(self%cholesky%pivot > self%cut), self%scale)
+   end subroutine invert
 
-   !> Allocates the workspace.
-   subroutine init_either(self, a, c, sizes, rcond)
-      !> The solver.
-      class(pivoted_or_dgelsd_solver_t), intent(inout) :: self
-      !> A matrix with the pattern of A.
-      type(csr_t), intent(in) :: a
-      !> How many of its rows are used, from the first one on.
-      integer, intent(in) :: c
-      !> Sizes of the blocks of K.
-      integer, intent(in) :: sizes(:)
-      !> Relative size below which singular values count as zero; 0 for the default.
-      real(wp), intent(in) :: rcond
+   !> x = S_KK^-1 r.
+   subroutine solve(self, r, x)
+      !> The solver, after `invert`.
+      class(pivoted_solver_t), intent(inout) :: self
+      !> Right-hand side: (rank).
+      real(wp), intent(in), contiguous :: r(:)
+      !> Solution: (rank).
+      real(wp), intent(out), contiguous :: x(:)
 
-      call self%lay_out(a, c, sizes, rcond)
-      call self%s_plus%init(c, by_either)
-   end subroutine init_either
+      call self%cholesky%solve(self%scale, r, x)
+   end subroutine solve
+
+   !> The smallest pivot of the scaled S_KK.
+   pure function weakest(self) result(pivot)
+      !> The solver, after `factorize`.
+      class(pivoted_solver_t), intent(in) :: self
+      !> 0 if a row was passed over.
+      real(wp) :: pivot
+
+      pivot = 1.0_wp
+      if (self%rank > 0) pivot = minval(self%cholesky%pivot)
+   end function weakest
 
 end module taut_linalg_normal_solver_pivoted

@@ -13,20 +13,24 @@ module taut_linalg_normal_solver_scalar
    type, extends(normal_solver_t) :: scalar_solver_t
       !> 1/S, or 0 for a row of zeros.
       real(wp), private :: reciprocal = 0.0_wp
+      !> What S must exceed: nothing does if the row is not kept.
+      real(wp), private :: least = tiny(1.0_wp)
       !> K^-1 A^T: (n); not set if K = I.
       real(wp), allocatable, private :: kinv_at(:)
    contains
       procedure :: init
+      procedure :: keep
       procedure :: factorize
       procedure :: multipliers
       procedure :: correction
+      procedure :: weakest
       procedure :: project
    end type scalar_solver_t
 
 contains
 
    !> Allocates the workspace.
-   subroutine init(self, a, c, sizes, rcond)
+   subroutine init(self, a, c, sizes)
       !> The solver.
       class(scalar_solver_t), intent(inout) :: self
       !> A matrix like A, all its entries stored.
@@ -35,18 +39,26 @@ contains
       integer, intent(in) :: c
       !> Sizes of the blocks of K.
       integer, intent(in) :: sizes(:)
-      !> Without effect: a number is zero or it is not.
-      real(wp), intent(in) :: rcond
 
-      self%c = c
-      self%n = a%n
+      call self%set_sizes(c, a%n)
       allocate (self%kinv_at(a%n), source=0.0_wp)
-      associate (unused_sizes => sizes, unused_rcond => rcond)
+      associate (unused_sizes => sizes)
       end associate
    end subroutine init
 
+   !> Whether the row is kept.
+   subroutine keep(self, kept)
+      !> The solver, after `init`.
+      class(scalar_solver_t), intent(inout) :: self
+      !> The answer: (1).
+      logical, intent(in) :: kept(:)
+
+      call self%set_kept(kept)
+      self%least = merge(tiny(1.0_wp), huge(1.0_wp), kept(1))
+   end subroutine keep
+
    !> Takes a new A, and K factorized.
-   subroutine factorize(self, a, k, identity, info, noise)
+   subroutine factorize(self, a, k, identity, info)
       !> The solver.
       class(scalar_solver_t), intent(inout) :: self
       !> The constraint matrix.
@@ -57,24 +69,20 @@ contains
       logical, intent(in) :: identity
       !> 0, or 1 if there are entries that are not finite.
       integer, intent(out) :: info
-      !> Without effect.
-      real(wp), intent(in) :: noise
 
       self%identity = identity
       if (identity) then
-         call invert(self%n, a%values, a%values, self%reciprocal, self%rank, info)
+         call invert(self%n, a%values, a%values, self%least, self%reciprocal, self%rank, info)
       else
          call k%solve_vector(a%values, self%kinv_at)
-         call invert(self%n, a%values, self%kinv_at, self%reciprocal, self%rank, info)
+         call invert(self%n, a%values, self%kinv_at, self%least, self%reciprocal, self%rank, info)
       end if
-      associate (unused_noise => noise)
-      end associate
    end subroutine factorize
 
    !> 1/S.
-   pure subroutine invert(n, a, kinv_at, reciprocal, rank, info)
+   pure subroutine invert(n, a, kinv_at, least, reciprocal, rank, info)
       integer, intent(in) :: n
-      real(wp), intent(in) :: a(n), kinv_at(n)
+      real(wp), intent(in) :: a(n), kinv_at(n), least
       real(wp), intent(out) :: reciprocal
       integer, intent(out) :: rank, info
       real(wp) :: s
@@ -91,7 +99,7 @@ contains
       reciprocal = 0.0_wp
       if (.not. ieee_is_finite(s)) then
          info = 1
-      else if (s > tiny(1.0_wp)) then
+      else if (s > least) then
          rank = 1
          reciprocal = 1.0_wp/s
       end if
@@ -140,6 +148,16 @@ contains
          d(l) = d(l) - a(l)*lambda
       end do
    end subroutine subtract
+
+   !> 1, or 0 for a row of zeros.
+   pure function weakest(self) result(pivot)
+      !> The solver, after `factorize`.
+      class(scalar_solver_t), intent(in) :: self
+      !> S relative to itself.
+      real(wp) :: pivot
+
+      pivot = real(self%rank, wp)
+   end function weakest
 
    !> d := d - K^-1 A^T lambda with lambda = r/S, r = A d - b.
    subroutine project(self, a, b, d, r, lambda)

@@ -18,13 +18,13 @@ module taut_linalg_normal_solver_sparse
       procedure :: work
       procedure :: factorize_ordered
       procedure :: solve
-      procedure :: is_left_out
+      procedure :: weakest
    end type sparse_solver_t
 
 contains
 
    !> Finds an ordering and allocates the workspace.
-   subroutine init(self, a, c, sizes, rcond)
+   subroutine init(self, a, c, sizes)
       !> The solver.
       class(sparse_solver_t), intent(inout) :: self
       !> A matrix with the pattern of A.
@@ -33,13 +33,11 @@ contains
       integer, intent(in) :: c
       !> Sizes of the blocks of K.
       integer, intent(in) :: sizes(:)
-      !> Relative size below which pivots count as zero; 0 for the default.
-      real(wp), intent(in) :: rcond
       type(csr_t) :: pattern
       integer, allocatable :: first(:), neighbor(:)
       integer :: thin(c)
 
-      call self%lay_out(a, c, sizes, rcond, pattern, first, neighbor)
+      call self%lay_out(a, c, sizes, pattern, first, neighbor)
       call minimum_degree(first, neighbor, thin)
       call self%normal%reorder(pattern, thin)
       call self%fill%init(c, self%normal%row, self%normal%column)
@@ -56,14 +54,11 @@ contains
    end function work
 
    !> Factorizes S.
-   pure subroutine factorize_ordered(self, cut)
+   pure subroutine factorize_ordered(self)
       !> The solver.
       class(sparse_solver_t), intent(inout) :: self
-      !> Pivots up to this part of their diagonal entry are zero.
-      real(wp), intent(in) :: cut
 
-      call self%fill%factorize(self%normal%s, self%normal%column, cut)
-      self%rank = self%fill%rank
+      call self%fill%factorize(self%normal%s, self%normal%column, self%least)
    end subroutine factorize_ordered
 
    !> x := S^-1 x in the ordering.
@@ -76,16 +71,14 @@ contains
       call self%fill%solve(x)
    end subroutine solve
 
-   !> Whether a row is left out.
-   pure function is_left_out(self, i) result(left_out)
+   !> The smallest pivot of the kept rows relative to its diagonal entry.
+   pure function weakest(self) result(pivot)
       !> The solver, after `factorize`.
       class(sparse_solver_t), intent(in) :: self
-      !> Its place in the ordering.
-      integer, intent(in) :: i
-      !> Whether it was.
-      logical :: left_out
+      !> 0 if a kept row was passed over.
+      real(wp) :: pivot
 
-      left_out = .not. self%fill%reciprocal(i) > 0.0_wp
-   end function is_left_out
+      pivot = self%weakest_of(self%c, self%least, self%fill%reciprocal, self%normal%s)
+   end function weakest
 
 end module taut_linalg_normal_solver_sparse

@@ -12,6 +12,20 @@ contains
       column = self%column
    end procedure pattern
 
+   !> Translations have odd numbers, rotations even ones.
+   module procedure column_groups
+      integer :: b, i
+
+      allocate (group(self%n), source=1)
+      do b = 1, size(self%bodies)
+         associate (body => self%bodies(b))
+            do i = 1, velocities_of_kind(body%kind)
+               group(body%before_v + i) = 2*b - merge(1, 0, entry_of_velocity(i, body%kind) <= 3)
+            end do
+         end associate
+      end do
+   end procedure column_groups
+
    !> phi, row by row.
    module procedure constraint
       type(poses_t) :: poses

@@ -1,0 +1,214 @@
+!> Carries the decision on the rank along a motion: it is taken where a step is accepted, and holds in between.
+!!
+!! At a dead point, where a mechanism is stretched, rows depend on each other for a moment: the rank falls in the formula and
+!! not in the mechanism. The rows that were independent before stay in charge; another selection is made where they stay
+!! dependent, where they have become a poor choice, and where rows that were left out turn out to be violated by motions that
+!! those in charge allow.
+module taut_linalg_rank_keeper
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use taut_kinds, only: wp
+   use taut_linalg_csr, only: csr_t
+   use taut_linalg_normal_solver, only: normal_solver_t
+   use taut_linalg_rank, only: above_violation, dead_pivot, dead_steps, doubtful_pivot, rising_steps, seen_rising, weak_pivot, &
+                               weaker
+   use taut_linalg_row_selection, only: row_selection_t
+   implicit none (type, external)
+   private
+   public :: rank_keeper_t
+
+   !> Which rows are in charge.
+   type :: rank_keeper_t
+      !> The last selection.
+      type(row_selection_t) :: selection
+      !> Whether it holds, or is to be made anew wherever it is asked for; counts selections that differ from the one before.
+      logical :: holds = .false.
+      integer :: revision = 0
+      !> The rows: (c).
+      logical, allocatable :: kept(:)
+      !> Accepted steps at a dead point, and with rows left out that are violated.
+      integer :: dead = 0, rising = 0
+      !> The smallest pivot after the last selection; negative: not known yet.
+      real(wp) :: first_pivot = -1.0_wp
+      !> Changes of the rank so far: time [s], rank before and after, one column each (3, changes).
+      real(wp), allocatable :: changes(:, :)
+      !> Rank of what held before it was let go; negative: nothing did.
+      integer :: rank_before = -1
+      !> A motion, projected on what the rows in charge allow: (n); workspace: (c).
+      real(wp), allocatable, private :: probe(:), r(:), lambda(:), zero(:)
+   contains
+      procedure :: init
+      procedure :: decide
+      procedure :: hand_over
+      procedure :: look
+      procedure :: release
+      procedure :: restore
+   end type rank_keeper_t
+
+contains
+
+   !> Makes room; nothing holds.
+   subroutine init(self, a, c, group, rcond)
+      !> The keeper.
+      class(rank_keeper_t), intent(out) :: self
+      !> A matrix with the pattern of A.
+      type(csr_t), intent(in) :: a
+      !> How many of its rows are used, from the first one on.
+      integer, intent(in) :: c
+      !> Groups of columns, see `init` of `row_selection_t`.
+      integer, intent(in) :: group(:)
+      !> Relative size of what a row must have that others do not; 0 for the default.
+      real(wp), intent(in) :: rcond
+
+      allocate (self%kept(c), source=.true.)
+      allocate (self%changes(3, 0))
+      call self%selection%init(a, c, group, rcond)
+      allocate (self%probe(a%n), self%r(c), self%lambda(c), self%zero(c), source=0.0_wp)
+   end subroutine init
+
+   !> Selects the rows of a matrix, where no selection holds.
+   !!
+   !! Where all rows are clearly independent, at a state that meets the constraints, that holds: it is so everywhere but at dead
+   !! points.
+   subroutine decide(self, a, noise)
+      !> The keeper.
+      class(rank_keeper_t), intent(inout) :: self
+      !> The matrix, finite.
+      type(csr_t), intent(in) :: a
+      !> Relative error of its rows, for want of a state that meets the constraints.
+      real(wp), intent(in) :: noise
+
+      call select_rows(self, a, noise)
+      self%holds = self%selection%smallest_pivot > doubtful_pivot .and. .not. noise > 0.0_wp
+   end subroutine decide
+
+   !> A new selection.
+   subroutine select_rows(self, a, noise)
+      type(rank_keeper_t), intent(inout) :: self
+      type(csr_t), intent(in) :: a
+      real(wp), intent(in) :: noise
+
+      ! Of what is not finite, its solver complains.
+      if (.not. all(ieee_is_finite(a%values(:size_of(a, size(self%kept)))))) return
+      call self%selection%select(a, noise)
+      self%dead = 0
+      self%rising = 0
+      self%first_pivot = -1.0_wp
+      if (all(self%kept .eqv. self%selection%kept)) return
+      self%kept(:) = self%selection%kept
+      self%revision = self%revision + 1
+   end subroutine select_rows
+
+   !> Entries of the first rows.
+   pure integer function size_of(a, c)
+      type(csr_t), intent(in) :: a
+      integer, intent(in) :: c
+
+      size_of = c*a%n
+      if (.not. a%full) size_of = a%first(c + 1) - 1
+   end function size_of
+
+   !> Tells a solver the rows.
+   subroutine hand_over(self, solver)
+      !> The keeper.
+      class(rank_keeper_t), intent(in) :: self
+      !> The solver.
+      class(normal_solver_t), intent(inout) :: solver
+
+      call solver%keep(self%kept)
+      solver%revision = self%revision
+   end subroutine hand_over
+
+   !> Looks at a state where a step was accepted: what is decided here holds until the next look.
+   subroutine look(self, a, solver, t, violation)
+      !> The keeper.
+      class(rank_keeper_t), intent(inout) :: self
+      !> The constraint matrix.
+      type(csr_t), intent(in) :: a
+      !> A solver that has it factorized.
+      class(normal_solver_t), intent(inout) :: solver
+      !> The time, to be noted with a change of the rank [s].
+      real(wp), intent(in) :: t
+      !> By how much the constraints are violated, relative to the size of the coordinates.
+      real(wp), intent(in) :: violation
+      integer :: before
+      real(wp) :: pivot
+      logical :: again
+
+      if (.not. self%holds) then
+         call select_rows(self, a, violation)
+         self%holds = .true.
+         if (self%rank_before >= 0) call compare(self%rank_before)
+         self%rank_before = -1
+         return
+      end if
+      pivot = solver%weakest()
+      call solver%judge(pivot)
+      if (self%first_pivot < 0.0_wp) self%first_pivot = pivot
+      self%dead = merge(self%dead + 1, 0, pivot <= dead_pivot)
+      again = self%dead >= dead_steps
+      if (pivot > dead_pivot) again = pivot < weak_pivot .and. pivot < weaker*self%first_pivot
+      if (.not. again .and. solver%rank < solver%c) then
+         self%rising = merge(self%rising + 1, 0, slip(self, a, solver) > max(seen_rising, above_violation*violation))
+         again = self%rising >= rising_steps
+      end if
+      if (.not. again) return
+      before = count(self%kept)
+      call select_rows(self, a, violation)
+      call compare(before)
+
+   contains
+
+      subroutine compare(rank)
+         integer, intent(in) :: rank
+
+         if (count(self%kept) == rank) return
+         self%changes = reshape([self%changes, t, real(rank, wp), real(count(self%kept), wp)], [3, size(self%changes, 2) + 1])
+      end subroutine compare
+
+   end subroutine look
+
+   !> By how much motions that the rows in charge allow violate the others: the largest |b_i z|/|z|.
+   function slip(self, a, solver) result(largest)
+      type(rank_keeper_t), intent(inout) :: self
+      type(csr_t), intent(in) :: a
+      class(normal_solver_t), intent(inout) :: solver
+      real(wp) :: largest
+      integer :: i, j
+
+      ! Any motion will do that has a part in all directions.
+      do j = 1, a%n
+         self%probe(j) = self%selection%column_scale(j)*sin(real(j*j, wp))
+      end do
+      call solver%project(a, self%zero, self%probe, self%r, self%lambda)
+      call a%multiply(self%probe, self%r)
+      largest = 0.0_wp
+      do i = 1, size(self%kept)
+         if (.not. self%kept(i)) largest = max(largest, abs(self%r(i))*merge(1.0_wp, self%selection%row_scale(i), &
+                                                                             self%selection%empty(i)))
+      end do
+      largest = largest/max(norm2(self%probe/self%selection%column_scale), tiny(1.0_wp))
+   end function slip
+
+   !> Lets the decision go: it is made anew wherever it is asked for, until the next look.
+   subroutine release(self)
+      !> The keeper.
+      class(rank_keeper_t), intent(inout) :: self
+
+      if (.not. self%holds) return
+      self%holds = .false.
+      self%rank_before = count(self%kept)
+   end subroutine release
+
+   !> Takes rows that were in charge before.
+   subroutine restore(self, kept)
+      !> The keeper.
+      class(rank_keeper_t), intent(inout) :: self
+      !> The rows: (c).
+      logical, intent(in) :: kept(:)
+
+      if (all(self%kept .eqv. kept)) return
+      self%kept(:) = kept
+      self%revision = self%revision + 1
+   end subroutine restore
+
+end module taut_linalg_rank_keeper
