@@ -308,10 +308,10 @@ contains
             renew = .not. (known .and. noise <= harmless_noise)
             known = .false.
          end if
-         call newton_step(self, renew, iteration > 1, noise, reach, largest, info)
+         call newton_step(self, renew, noise, reach, largest, info)
          ! The noise may have taken rows that matter for redundant ones.
          if (info == rhs_ok .and. renew .and. noise > 0.0_wp .and. reach < most*self%residual) &
-            call newton_step(self, renew, iteration > 1, 0.0_wp, reach, largest, info)
+            call newton_step(self, renew, 0.0_wp, reach, largest, info)
          if (info /= rhs_ok) return
          if (reach <= least .or. (reach <= contradiction*self%residual .and. .not. self%accept_inconsistent)) then
             if (.not. self%accept_inconsistent) call give_up(self, inconsistent, info)
@@ -380,9 +380,9 @@ contains
    end function last_place
 
    !> d = -W^-1 A^T S^+ phi with the holonomic rows, its largest entry, and that of A d: what d will change in phi.
-   subroutine newton_step(self, renew, again, noise, reach, largest, info)
+   subroutine newton_step(self, renew, noise, reach, largest, info)
       type(projector_t), intent(inout) :: self
-      logical, intent(in) :: renew, again
+      logical, intent(in) :: renew
       real(wp), intent(in) :: noise
       real(wp), intent(out) :: reach, largest
       integer, intent(out) :: info
@@ -416,8 +416,8 @@ contains
          end if
          info = rhs_ok
          all_rows = onto%rank == onto%c
-         ! At a dead point some are passed over.
-         if (all_rows .and. again) all_rows = onto%weakest() > 0.0_wp
+         ! At a dead point some are passed over; a single one is never.
+         if (all_rows .and. onto%c > 1 .and. self%corrections > 0) all_rows = onto%weakest() > 0.0_wp
          if (all_rows) then
             reach = self%residual
          else
@@ -615,8 +615,7 @@ contains
       real(wp), intent(in) :: noise
       integer, intent(out) :: info
 
-      if (.not. keeper%holds) call keeper%decide(self%a, noise)
-      if (onto%revision /= keeper%revision) call keeper%hand_over(onto)
+      if (.not. keeper%holds .or. onto%revision /= keeper%revision) call keeper%prepare(self%a, noise, onto)
       call onto%factorize(self%a, self%w, self%identity, info)
    end subroutine factorize_with
 

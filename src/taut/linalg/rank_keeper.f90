@@ -39,6 +39,7 @@ module taut_linalg_rank_keeper
       procedure :: init
       procedure :: decide
       procedure :: hand_over
+      procedure :: prepare
       procedure :: look
       procedure :: release
       procedure :: restore
@@ -117,6 +118,21 @@ contains
       call solver%keep(self%kept)
       solver%revision = self%revision
    end subroutine hand_over
+
+   !> Decides where no selection holds, and tells a solver the rows.
+   subroutine prepare(self, a, noise, solver)
+      !> The keeper.
+      class(rank_keeper_t), intent(inout) :: self
+      !> The matrix, finite.
+      type(csr_t), intent(in) :: a
+      !> Relative error of its rows, for want of a state that meets the constraints.
+      real(wp), intent(in) :: noise
+      !> The solver.
+      class(normal_solver_t), intent(inout) :: solver
+
+      if (.not. self%holds) call self%decide(a, noise)
+      if (solver%revision /= self%revision) call self%hand_over(solver)
+   end subroutine prepare
 
    !> Looks at a state where a step was accepted: what is decided here holds until the next look.
    subroutine look(self, a, solver, t, violation)

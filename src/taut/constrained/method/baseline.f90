@@ -47,7 +47,6 @@ contains
       real(wp), intent(out), contiguous :: dydt(:)
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
-      real(wp) :: noise
       integer :: last_v, n_x
 
       n_x = self%model%n_x
@@ -55,21 +54,10 @@ contains
       associate (model => self%model, at => self%at, projector => self%projector, mass => self%mass, &
                  xdot => dydt(:n_x), vdot => dydt(n_x + 1:last_v), wdot => dydt(last_v + 1:))
          call self%unpack(t, y, at)
-         call model%normalize(at%x)
-         call projector%evaluate(model, at)
+         call linearize(self, info)
+         if (info /= rhs_ok) return
          call model%acceleration_rhs(at, self%b_second)
          call self%stabilize(self%b_second)
-         call mass%renew(model, at, info)
-         if (info /= rhs_ok) return
-         ! The rows of A are those of a state that may violate the constraints.
-         noise = 0.0_wp
-         if (model%n_phi > 1) then
-            call model%constraint(at, self%phi)
-            noise = relative_violation(self%phi, projector%a, at%x)
-         end if
-         if (.not. projector%keeper%holds) call projector%keeper%decide(projector%a, noise)
-         call mass%reduce(projector, info)
-         if (info /= rhs_ok) return
          call model%force(at, self%force)
          call mass%accelerate(projector, self%force, vdot)
          if (self%options%form == 'force') then
@@ -81,6 +69,28 @@ contains
          if (info == rhs_ok .and. model%n_w > 0) call model%w_rate(at, wdot)
       end associate
    end subroutine rhs
+
+   !> A, M and M~ at the state as it is.
+   subroutine linearize(self, info)
+      class(baseline_t), intent(inout) :: self
+      integer, intent(out) :: info
+      real(wp) :: noise
+
+      associate (model => self%model, at => self%at, projector => self%projector)
+         call model%normalize(at%x)
+         call projector%evaluate(model, at)
+         call self%mass%renew(model, at, info)
+         if (info /= rhs_ok) return
+         ! The rows of A are those of a state that may violate the constraints.
+         noise = 0.0_wp
+         if (model%n_phi > 1) then
+            call model%constraint(at, self%phi)
+            noise = relative_violation(self%phi, projector%a, at%x)
+         end if
+         if (.not. projector%keeper%holds) call projector%keeper%decide(projector%a, noise)
+         call self%mass%reduce(projector, info)
+      end associate
+   end subroutine linearize
 
    !> What is added to b'' against the drift; the default adds nothing.
    subroutine nothing_to_stabilize(self, b_second)
@@ -106,7 +116,7 @@ contains
       call self%model%x_rate(self%at, self%at%v, xdot)
    end subroutine coordinate_rate
 
-   !> Looks at the rank.
+   !> Looks at the rank, there and not where something was looked up since.
    subroutine accepted(self, t, y, replaced)
       !> The formulation.
       class(baseline_t), intent(inout) :: self
@@ -116,11 +126,16 @@ contains
       real(wp), intent(inout), contiguous :: y(:)
       !> False: it stays.
       logical, intent(out) :: replaced
+      integer :: info
 
       replaced = .false.
+      if (self%model%c < 2) return
+      if (.not. self%is_at(t, y)) then
+         call self%unpack(t, y, self%at)
+         call linearize(self, info)
+         if (info /= rhs_ok) return
+      end if
       call self%mass%look(self%model, self%at, self%projector)
-      associate (unused_time => t, unused_state => y)
-      end associate
    end subroutine accepted
 
    !> lambda of the last evaluation.

@@ -176,7 +176,7 @@ contains
       if (self%replaces_v) call self%projector%filter_velocity(self%model, error(n_x + 1:n_x + self%model%n))
    end subroutine filter_error
 
-   !> Looks at the rank.
+   !> Looks at the rank, there and not where something was looked up since.
    subroutine accepted(self, t, y, replaced)
       !> The formulation.
       class(present_t), intent(inout) :: self
@@ -186,11 +186,18 @@ contains
       real(wp), intent(inout), contiguous :: y(:)
       !> False: it stays.
       logical, intent(out) :: replaced
+      integer :: info
 
       replaced = .false.
-      if (self%model%c > 1) call self%projector%look(self%model, self%at)
-      associate (unused_time => t, unused_state => y)
-      end associate
+      if (self%model%c < 2) return
+      if (.not. self%is_at(t, y)) then
+         self%projected = .false.
+         call self%unpack(t, y, self%at)
+         call project_x(self, info)
+         if (info == rhs_ok) call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+         if (info /= rhs_ok) return
+      end if
+      call self%projector%look(self%model, self%at)
    end subroutine accepted
 
    !> lambda and mu of the last evaluation.
