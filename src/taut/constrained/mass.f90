@@ -121,7 +121,7 @@ contains
       class(mass_t), intent(inout) :: self
       !> Whose mass it is.
       class(mechanical_system_t), intent(in) :: model
-      !> Where.
+      !> The state that was accepted.
       type(state_t), intent(in) :: at
       !> The projector, with A.
       type(projector_t), intent(inout) :: projector

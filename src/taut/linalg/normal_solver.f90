@@ -133,8 +133,10 @@ contains
    subroutine set_sizes(self, c, n)
       !> The solver.
       class(normal_solver_t), intent(inout) :: self
-      !> Rows and columns.
-      integer, intent(in) :: c, n
+      !> Rows of A.
+      integer, intent(in) :: c
+      !> Columns of A.
+      integer, intent(in) :: n
 
       self%c = c
       self%n = n
