@@ -23,6 +23,7 @@ module taut
                        quaternion_conjugate, quaternion_product, quaternion_rate, rotate, rotate_back
    use taut_error, only: error_t, raise
    use taut_version, only: version
+   use taut_case_mechanism, only: read_mechanism
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_pseudo_inverse, only: pseudo_inverse_t, path_name
    use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot, inside_step, &
@@ -60,8 +61,10 @@ module taut
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_assembly, only: assemble_mechanism => assemble
+   use taut_model_mechanism_body, only: pose_t
    use taut_model_mechanism_builder, only: mechanism_builder_t
    use taut_model_mechanism_function, only: time_function_t
+   use taut_model_mechanism_report, only: mechanism_report_t
    use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_model_modal_body, only: modal_body_t, new_modal_body
@@ -75,7 +78,8 @@ module taut
    private
    public :: beam_t, new_beam, straight_nodes, beam_section_t, new_section, rectangular_section
    public :: chain_t, new_chain, n_four_bar_t, new_n_four_bar, new_pendulum, pendulum_t
-   public :: mechanism_t, mechanism_builder_t, assemble_mechanism, time_function_t, model_events_t
+   public :: mechanism_t, mechanism_builder_t, mechanism_report_t, read_mechanism, assemble_mechanism, pose_t, time_function_t
+   public :: model_events_t
    public :: posed_system_t, modal_body_t, new_modal_body, new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
    public :: jet_t, jet, operator(+), operator(-), operator(*), operator(/), operator(**), assignment(=)
    public :: operator(==), operator(/=), operator(<), operator(<=), operator(>), operator(>=)

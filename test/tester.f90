@@ -29,6 +29,7 @@ program tester
    use test_mechanism_case, only: collect_mechanism_case
    use test_modal_body, only: collect_modal_body
    use test_radau, only: collect_radau
+   use test_read_mechanism, only: collect_read_mechanism
    use test_restart, only: collect_restart
    use test_rank, only: collect_rank
    use test_ritz, only: collect_ritz
@@ -77,6 +78,7 @@ program tester
    call run_suite('radau', collect_radau(), trim(only), outcome)
    call run_suite('generalized-alpha', collect_generalized_alpha(), trim(only), outcome)
    call run_suite('builder', collect_builder(), trim(only), outcome)
+   call run_suite('read mechanism', collect_read_mechanism(), trim(only), outcome)
    call run_suite('restart', collect_restart(), trim(only), outcome)
    call run_suite('rank', collect_rank(), trim(only), outcome)
    call run_suite('ritz', collect_ritz(), trim(only), outcome)

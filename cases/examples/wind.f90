@@ -3,7 +3,6 @@
 !! In closed form J w^2/2 = m g L/2 sin(angle below the horizontal) + work of the wind, J = m L^2/3.
 module windy_mechanism
    use taut
-   use taut_model_mechanism, only: mechanism_t
    implicit none (type, external)
 
    type, extends(mechanism_t) :: windy_t
@@ -26,30 +25,19 @@ end module windy_mechanism
 
 program wind
    use taut
-   use taut_case_mechanism, only: read_mechanism
-   use taut_case_namelist_file, only: namelist_file_t
-   use taut_case_settings, only: settings_t
-   use taut_model_mechanism_report, only: mechanism_report_t
    use windy_mechanism
    implicit none (type, external)
-   type(namelist_file_t) :: file
    type(windy_t) :: pendulum
    type(state_t) :: at
-   type(settings_t) :: settings
-   type(mechanism_report_t) :: report
    type(method_t) :: method
+   type(integration_options_t) :: options
    type(integration_result_t) :: result
    type(error_t), allocatable :: error
    real(wp), parameter :: m = 1.0_wp, l = 1.0_wp, g = 9.81_wp
 
-   call file%load('cases/mechanism/simple_pendulum.nml', error)
-   if (.not. allocated(error)) call read_mechanism(file, pendulum%mechanism_t, at, settings, report, error)
-   method%weight = 'mass'                               ! as the app has it
-   if (.not. allocated(error)) call simulate(pendulum, at, 1.0_wp, result, error, method, settings%options)
-   if (allocated(error)) then
-      print '(a)', error%line()
-      error stop 1
-   end if
+   call read_mechanism('cases/mechanism/simple_pendulum.nml', pendulum%mechanism_t, at, error, method, options)
+   if (.not. allocated(error)) call simulate(pendulum, at, 1.0_wp, result, error, method, options)
+   if (allocated(error)) error stop error%line()
    associate (angle => at%x(3), w => at%v(3))
       print '(2a, 2f13.8)', status_name(result%status), ', rate and in closed form [rad/s]:', abs(w), &
          sqrt(6.0_wp/(m*l**2)*(m*g*l/2*sin(-angle) + pendulum%wind*l/2*(cos(angle) - 1.0_wp)))

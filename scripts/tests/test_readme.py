@@ -97,11 +97,23 @@ def test_map_of_the_library(path: str, procedure: str) -> None:
         assert re.search(rf"(?m)^.*(subroutine|function|procedure|::)\b.*\b{procedure}\b", text)
 
 
-def test_fortran_of_the_readme_is_of_an_example() -> None:
-    blocks = re.findall(r"```fortran\n(.*?)```", text_of("README.md"), re.DOTALL)
-    assert blocks
-    for block in blocks:
-        assert block in EXAMPLES["bead"].read_text(encoding="utf-8")
+def test_fortran_of_the_readme_is_a_whole_program() -> None:
+    [block] = re.findall(r"```fortran\n(.*?)```", text_of("README.md"), re.DOTALL)
+    comment, program = EXAMPLES["double_pendulum"].read_text(encoding="utf-8").split("\n", 1)
+    assert comment.startswith("!>")
+    assert block == program
+
+
+@pytest.mark.parametrize("path", EXAMPLES.values(), ids=EXAMPLES)
+def test_examples_know_public_names_alone(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    own = re.findall(r"(?m)^module (\w+)", text)
+    assert set(re.findall(r"(?m)^ *use (?:, *intrinsic *:: *)?(\w+)", text)) <= {
+        "taut",
+        "iso_c_binding",
+        "iso_fortran_env",
+        *own,
+    }
 
 
 def test_every_example_is_built_and_listed() -> None:
@@ -191,6 +203,7 @@ def test_example_of_a_chain_keeps_its_energy(said: Callable[[str], list[str]]) -
 
 def test_example_of_the_builder_swings_as_two_angles_do(said: Callable[[str], list[str]]) -> None:
     energy, center = said("double_pendulum")[-2:]
+    assert "0 at the start" in energy
     assert abs(float(energy.split()[-2])) < 1e-4
     # Thin rods in their two angles, by SciPy's DOP853 at 1e-12.
     assert [float(word) for word in center.split()[-3:-1]] == pytest.approx([-1.29846, -0.69831], abs=5e-5)

@@ -8,6 +8,7 @@ module taut_case_mechanism
    use taut_case_mechanism_parts, only: declare_parts, locate_named, origins_t, read_parts
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: declare_shared, read_settings, settings_t
+   use taut_constrained_method_options, only: method_t
    use taut_constrained_start, only: start_report_t
    use taut_constrained_system, only: state_t
    use taut_model_mechanism, only: mechanism_t
@@ -15,9 +16,15 @@ module taut_case_mechanism
    use taut_model_mechanism_builder, only: mechanism_builder_t
    use taut_model_mechanism_function, only: function_table
    use taut_model_mechanism_report, only: mechanism_report_t, report_start
+   use taut_ode_options, only: integration_options_t
    implicit none (type, external)
    private
    public :: read_mechanism, declare_mechanism
+
+   !> Makes a mechanism of a case file: of one that was loaded for the apps, of a path for any program.
+   interface read_mechanism
+      module procedure read_loaded, read_path
+   end interface read_mechanism
 
 contains
 
@@ -34,7 +41,7 @@ contains
    end subroutine declare_mechanism
 
    !> Reads a case file, assembles the mechanism and describes it.
-   subroutine read_mechanism(file, model, start, settings, report, error)
+   subroutine read_loaded(file, model, start, settings, report, error)
       !> The case file.
       type(namelist_file_t), intent(in) :: file
       !> The mechanism.
@@ -69,7 +76,38 @@ contains
          return
       end if
       call assemble_start(file, flags, origins, model, start, settings, report, error)
-   end subroutine read_mechanism
+   end subroutine read_loaded
+
+   !> Reads a case file: the mechanism, where it starts, and how the file has it run.
+   subroutine read_path(path, mechanism, start, error, method, options, t_end, report)
+      !> Path of the case file; the tables that it names are looked for from its folder.
+      character(*), intent(in) :: path
+      !> The mechanism; of an extension of `mechanism_t` its part of that name.
+      type(mechanism_t), intent(out) :: mechanism
+      !> Where it starts, assembled, at the file's t_start.
+      type(state_t), intent(out) :: start
+      !> A file that cannot be read, or what is wrong with it.
+      type(error_t), allocatable, intent(inout) :: error
+      !> Its first method.
+      type(method_t), intent(out), optional :: method
+      !> Tolerances, steps and output spacing.
+      type(integration_options_t), intent(out), optional :: options
+      !> Its end [s].
+      real(wp), intent(out), optional :: t_end
+      !> How far bodies were moved to assemble it, its degrees of freedom, and what is redundant.
+      type(mechanism_report_t), intent(out), optional :: report
+      type(namelist_file_t) :: file
+      type(settings_t) :: settings
+      type(mechanism_report_t) :: found
+
+      call file%load(path, error)
+      if (.not. allocated(error)) call read_loaded(file, mechanism, start, settings, found, error)
+      if (present(t_end)) t_end = settings%t_end
+      if (present(options)) options = settings%options
+      if (allocated(error)) return
+      if (present(method)) method = settings%methods(1)%method
+      if (present(report)) report = found
+   end subroutine read_path
 
    !> A table that drives a joint or scales a load must reach over the whole run.
    subroutine check_tables(file, builder, origins, settings, error)
