@@ -38,6 +38,7 @@ program tester
    use test_swing, only: collect_swing
    use test_system, only: collect_system
    use test_turns, only: collect_turns
+   use test_variants, only: collect_variants
    use test_verify, only: collect_verify
    use test_normal_solver, only: collect_normal_solver
    use test_rotation, only: collect_rotation
@@ -89,6 +90,7 @@ program tester
    call run_suite('faults', collect_faults(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
    call run_suite('numbers as text', collect_number(), trim(only), outcome)
+   call run_suite('lists of runs', collect_variants(), trim(only), outcome)
    call run_suite('entries', collect_entries(), trim(only), outcome)
    call run_suite('settings', collect_settings(), trim(only), outcome)
    call run_suite('rotation', collect_rotation(), trim(only), outcome)

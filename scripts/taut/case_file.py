@@ -37,6 +37,13 @@ class Entry:
         return cls(text.strip(), found["group"].lower(), found["which"], found["name"].lower(), at)
 
 
+@dataclass(frozen=True)
+class Blank:
+    """What an app fills in itself for each run of a list: @1@, @2@, ..."""
+
+    number: int
+
+
 def parse(text: str, source: str) -> f90nml.Namelist:
     """Returns the groups of a case's text; the source is what an error names."""
     try:
@@ -82,6 +89,8 @@ class Template:
 
 def fortran(value: Any) -> str:
     """Returns a value as a namelist has it; a number reads back as the same double."""
+    if isinstance(value, Blank):
+        return f"@{value.number}@"
     if isinstance(value, bool):
         return ".true." if value else ".false."
     if isinstance(value, int | float):

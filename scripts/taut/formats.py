@@ -29,9 +29,9 @@ def count(value: int) -> str:
     return f"{value:,}"
 
 
-def count_of(number: int, noun: str) -> str:
+def count_of(number: int, noun: str, plural: str = "") -> str:
     """Returns a number of things."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+    return f"{number} {noun}" if number == 1 else f"{number} {plural or noun + 's'}"
 
 
 def percent(fraction: float, digits: int = 2) -> str:

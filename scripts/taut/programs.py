@@ -54,6 +54,11 @@ def version_of(path: Path) -> str:
     return done.stdout.strip()
 
 
+def help_of(program: Path) -> str:
+    """Returns what a program prints with --help."""
+    return subprocess.run([program, "--help"], capture_output=True, text=True, check=False).stdout
+
+
 def check_case(program: Path, text: str, options: Sequence[str] = ()) -> str | None:
     """Returns what a program has against a case or an option; nothing is integrated, nothing stays."""
     with tempfile.TemporaryDirectory() as folder:

@@ -10,7 +10,7 @@ import f90nml
 
 from taut.case_file import parse
 from taut.errors import TautError
-from taut.programs import ONE_THREAD, Program, check_case
+from taut.programs import ONE_THREAD, Program, check_case, help_of
 from taut.results import last_file, read_table
 from taut.sweep.collect import APART, check_names
 from taut.sweep.plan import Plan
@@ -27,6 +27,8 @@ def check(plan: Plan, program: Program) -> None:
     So a misspelt entry is said once and not by each run, and a misspelt column before all runs and not after.
     """
     sweep = plan.sweep
+    if sweep.rows_only and "--runs" not in help_of(program.path):
+        raise TautError(f"{sweep.path}: keep = 'rows' needs an app that takes --runs; {sweep.app} does not")
     text = plan.text(plan.runs[0])
     if said := check_case(program.path, text, sweep.options):
         raise TautError(f"{sweep.path}: run 1 is refused: {said}")

@@ -12,6 +12,7 @@ from taut.case_file import plain
 from taut.errors import TautError
 from taut.files import whole
 from taut.results import Array, Run, last_file, read_run, read_table
+from taut.sweep.batch import ROWS, read_rows
 from taut.sweep.plan import Plan
 from taut.sweep.store import FINISHED, RESULTS, TABLE, TIMING, TRAJECTORIES, Store, record_of
 from taut.sweep.sweep_file import Quantity, Sweep
@@ -32,17 +33,20 @@ def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
     for run in plan.runs:
         folder = store.folder(run)
         record = record_of(folder, run)
-        if record and record["state"] in FINISHED and (source := last_file(folder / RESULTS)):
+        source = folder / ROWS if sweep.rows_only else last_file(folder / RESULTS)
+        if record and record["state"] in FINISHED and source and source.is_file():
             found.append((run, folder, [record[key] for key in RECORDED], source))
         else:
             missing += plan.first(run)
     if missing and not partial:
         raise TautError(
-            f"{missing} of {len(plan.different)} runs have no results; "
+            f"{missing} of {plan.counted(len(plan.different))} have no results; "
             "scripts/sweep run them, or take --partial"
         )
     if not found:
         raise TautError("no run has results; scripts/sweep run them first")
+    if sweep.rows_only:
+        return _join(plan, store, [(source, times) for _, _, times, source in found])
     with ExitStack() as stack:
         paths = [store.root / TABLE, store.root / TIMING]
         table, timing = (stack.enter_context(_writer(path)) for path in paths)
@@ -73,6 +77,31 @@ def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
                 if trajectories:
                     for line in _lines(path, sweep.trajectories):
                         trajectories.writerow([*parameters, method, *line])
+    return paths
+
+
+def _join(plan: Plan, store: Store, batches: list[tuple[Path, list[Any]]]) -> list[Path]:
+    """Writes the table and the timing of runs that left rows only."""
+    paths = [store.root / TABLE, store.root / TIMING]
+    with ExitStack() as stack:
+        table, timing = (stack.enter_context(_writer(path)) for path in paths)
+        header: list[str] | None = None
+        for source, times in batches:
+            rows = read_rows(source)
+            names = next(rows)
+            if header is None:
+                header = names
+                check_names(plan.sweep, names)
+                kept = [i for i, name in enumerate(names) if name not in ("run", *APART)]
+                index, method, seconds = (names.index(name) for name in ("run", "method", "wall_seconds"))
+                table.writerow(["run", *plan.sweep.columns, *(names[i] for i in kept)])
+                timing.writerow(["run", "method", "wall_seconds", *RECORDED])
+            elif names != header:
+                raise TautError(f"{source}: the columns are other than those of the batches before")
+            for row in rows:
+                parameters = map(plain, plan.rows[int(row[index]) - 1])
+                table.writerow([row[index], *parameters, *(row[i] for i in kept)])
+                timing.writerow([row[index], row[method], row[seconds], *times])
     return paths
 
 

@@ -12,6 +12,7 @@ from taut.errors import TautError
 from taut.formats import count_of
 from taut.programs import cores
 from taut.sweep import arrays, sweep_file
+from taut.sweep.batch import BatchExecutor
 from taut.sweep.check import check
 from taut.sweep.execute import INTERRUPTED, Executor
 from taut.sweep.local import Report, run_all
@@ -52,11 +53,11 @@ def plan(asked: argparse.Namespace) -> int:
     check(planned, program)
     print(f"{sweep.name}: {planned.size} of {sweep.app} with {sweep.case}")
     table = [["run", *sweep.columns]]
-    table += [[str(run.index), *map(plain, run.values)] for run in planned.runs[:SHOWN]]
+    table += [[str(i), *map(plain, row)] for i, row in enumerate(planned.rows[:SHOWN], start=1)]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     for row in table:
         print("  " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
-    if len(planned.runs) > SHOWN:
+    if len(planned.rows) > SHOWN:
         print("  ...")
     return 0
 
@@ -77,9 +78,9 @@ def run(asked: argparse.Namespace) -> int:
         todo = [one for one in planned.different if state_of(store.folder(one), one) not in FINISHED]
         if not todo:
             print(f"{sweep.name}: {planned.size}, nothing left to do")
-        report = run_all(Executor(planned, store, program), todo, asked.jobs, wait=True)
+        report = run_all(executor(planned, store, program), todo, asked.jobs, patient=True)
     tell(report)
-    return finish(report, call(asked, "run"), 130)
+    return finish(planned, report, call(asked, "run"), 130)
 
 
 def work(asked: argparse.Namespace) -> int:
@@ -90,14 +91,14 @@ def work(asked: argparse.Namespace) -> int:
         raise TautError(f"--runs {first}:{last}: there are runs 1 to {len(planned.runs)}")
     runs = planned.runs[first - 1 : last]
     with store.at_work(runs):
-        report = run_all(Executor(planned, store, program), runs, 1, wait=False)
+        report = run_all(executor(planned, store, program), runs, 1, patient=False)
     tell(report)
-    return finish(report, "the same again", INTERRUPTED)
+    return finish(planned, report, "the same again", INTERRUPTED)
 
 
 def status(asked: argparse.Namespace) -> int:
     """Counts the runs by state, from their records and locks alone; Slurm, if there, tells of its tasks."""
-    planned, store, _ = prepared(asked)
+    planned, store, program = prepared(asked)
     counts = count(planned, store)
     others = store.others(planned)
     kept = f" ({count_of(others, 'folder')} of other inputs)" if others else ""
@@ -107,6 +108,10 @@ def status(asked: argparse.Namespace) -> int:
         + ", ".join(f"{counts[name]} {name}" for name in shown)
         + kept
     )
+    if planned.sweep.rows_only:
+        reached = executor(planned, store, program).reached
+        made = sum(map(reached, planned.different))
+        print(f"{made} of {count_of(len(planned.rows), 'run')} have rows")
     for line in arrays.told(planned, store):
         print(line)
     return 0
@@ -141,6 +146,11 @@ def plot(asked: argparse.Namespace) -> int:
             print(f"sweep: {error}", file=sys.stderr)
             code = 1
     return code
+
+
+def executor(planned: Plan, store: Store, program: programs.Program) -> Executor:
+    """Returns what runs the sweep's runs: each for itself, or in batches."""
+    return (BatchExecutor if planned.sweep.rows_only else Executor)(planned, store, program)
 
 
 def prepared(asked: argparse.Namespace) -> tuple[Plan, Store, programs.Program]:
@@ -181,14 +191,14 @@ def tell(report: Report) -> None:
         print(f"sweep: and {len(report.messages) - SHOWN} other messages", file=sys.stderr)
 
 
-def finish(report: Report, again: str, stopped_code: int) -> int:
+def finish(planned: Plan, report: Report, again: str, stopped_code: int) -> int:
     """Says what is left to do and returns the exit code."""
     states = report.states
     if left := states["interrupted"] + states["stopped"]:
-        print(f"sweep: stopped with {count_of(left, 'run')} to go; go on with {again}", file=sys.stderr)
+        print(f"sweep: stopped with {planned.counted(left)} to go; go on with {again}", file=sys.stderr)
         return stopped_code
     if states["busy"]:
-        print(f"sweep: {count_of(states['busy'], 'run')} left to another process", file=sys.stderr)
+        print(f"sweep: {planned.counted(states['busy'])} left to another process", file=sys.stderr)
     return 1 if states["failed"] else stopped_code if report.stopped else 0
 
 

@@ -10,7 +10,7 @@ import time
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from taut.errors import TautError
 from taut.files import write_json, write_whole
@@ -45,10 +45,23 @@ class Outcome:
     state: str
     folder: Path
     message: str = ""
-    # Whether the program was started, how long this took, and how long of it the program integrated [s].
-    ran: bool = False
+    # How many runs the program was started for, how long this took, and how long of it it integrated [s].
+    ran: int = 0
     seconds: float = 0.0
     own_seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Work:
+    """What came of a run's program: a state of the store, the exit code, and what is to be said of it."""
+
+    state: str
+    code: int
+    message: str = ""
+    # How long the program integrated [s]; whether it went on from a checkpoint; how many runs it made.
+    own_seconds: float = 0.0
+    restarted: bool = False
+    runs: int = 1
 
 
 class Stop:
@@ -122,50 +135,64 @@ class Executor:
             "end": None,
             "exit_code": None,
             "message": "",
+            "restarted": False,
         }
-        write_whole(folder / CASE, self.plan.text(run), sync=False)
-        restart = before is not None and (folder / CHECKPOINT).exists()
-        if not restart:
-            shutil.rmtree(folder / RESULTS, ignore_errors=True)
-        record["restarted"] = restart
         write_json(folder / RECORD, record, sync=False)
         started = time.monotonic()
-        code, said = self._start(folder, held, restart)
+        done = self._work(run, folder, held, before is not None)
+        record |= {
+            "restarted": done.restarted,
+            "state": done.state,
+            "exit_code": done.code,
+            "message": done.message,
+            "end": _now(),
+        }
+        write_json(folder / RECORD, record)
+        # The program's account covers all attempts of a run that it continues.
+        own = min(done.own_seconds, time.monotonic() - started)
+        return Outcome(done.state, folder, done.message, done.runs, time.monotonic() - begun, own)
+
+    def _work(self, run: Run, folder: Path, held: int, begun: bool) -> Work:
+        """Runs the program, from its checkpoint if there is one."""
+        write_whole(folder / CASE, self.plan.text(run), sync=False)
+        restart = begun and (folder / CHECKPOINT).exists()
+        if not restart:
+            shutil.rmtree(folder / RESULTS, ignore_errors=True)
+        code, said = self._integrate(folder, held, restart)
         if restart and code not in (0, INTERRUPTED) and _refused(said) and (folder / CHECKPOINT).exists():
             # Kept for a look at it, but the run begins anew.
             os.replace(folder / CHECKPOINT, folder / "refused_checkpoint.taut")
             shutil.rmtree(folder / RESULTS, ignore_errors=True)
-            record["restarted"] = False
-            code, said = self._start(folder, held, False)
+            restart = False
+            code, said = self._integrate(folder, held, False)
+        state, message = "failed", last_line(said, code)
         if code == 0:
-            record["state"] = "done"
+            state, message = "done", ""
         elif code == INTERRUPTED or (self.stop.asked and code < 0):
-            record["state"] = "interrupted"
+            state, message = "interrupted", ""
         elif code == 1 and _ended_early(folder):
-            record["state"] = ENDED_EARLY
-            record["message"] = last_line(said, code)
-        else:
-            record["state"] = "failed"
-            record["message"] = last_line(said, code)
-        # The program's account covers all attempts of a run that it continues.
-        own = min(sum(map(float, _summary(folder, "wall_seconds"))), time.monotonic() - started)
-        record["exit_code"] = code
-        record["end"] = _now()
-        write_json(folder / RECORD, record)
-        return Outcome(record["state"], folder, record["message"], True, time.monotonic() - begun, own)
+            state = ENDED_EARLY
+        own = sum(map(float, _summary(folder, "wall_seconds")))
+        return Work(state, code, message, own, restart)
 
-    def _start(self, folder: Path, held: int, restart: bool) -> tuple[int, str]:
-        """Starts the program in the run's folder and waits; returns its exit code and what it said."""
-        command = [str(self.program.path), CASE, "--out", ".", "--quiet", *self.plan.sweep.options]
+    def _integrate(self, folder: Path, held: int, restart: bool) -> tuple[int, str]:
+        """Starts the program on the run's case."""
+        arguments = [CASE, "--out", ".", "--quiet", *self.plan.sweep.options]
         if restart:
             # The program compares the folders of both options letter by letter.
-            command += ["--restart", f"./{CHECKPOINT}"]
+            arguments += ["--restart", f"./{CHECKPOINT}"]
+        return self._start(folder, held, arguments)
+
+    def _start(
+        self, folder: Path, held: int, arguments: list[str], out: IO[bytes] | None = None
+    ) -> tuple[int, str]:
+        """Starts the program in a folder and waits; returns its exit code and what it said."""
         with open(folder / LOG, "w+b") as log:
             child = subprocess.Popen(
-                command,
+                [str(self.program.path), *arguments],
                 cwd=folder,
                 stdin=subprocess.DEVNULL,
-                stdout=log,
+                stdout=out or log,
                 stderr=log,
                 env=self._environment,
                 # As long as the program runs the lock is held, even if this process is killed.
@@ -176,6 +203,10 @@ class Executor:
             code = self.stop.wait_for(child)
             log.seek(0)
             return code, log.read().decode(errors="replace")
+
+    def reached(self, run: Run) -> int:  # noqa: ARG002
+        """Returns how many runs of a batch are made so far; a single run is not counted before its end."""
+        return 0
 
 
 def _refused(said: str) -> bool:

@@ -5,7 +5,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +13,6 @@ from pathlib import Path
 from tqdm import tqdm
 
 from taut.errors import TautError
-from taut.formats import count_of
 from taut.sweep.execute import Executor, Outcome, Stop
 from taut.sweep.plan import Run
 from taut.sweep.store import ENDED_EARLY
@@ -56,10 +55,10 @@ class Report:
         return (self.run_seconds - self.own_seconds) / max(self.started, 1)
 
 
-def run_all(executor: Executor, runs: Iterable[Run], workers: int, wait: bool) -> Report:
+def run_all(executor: Executor, runs: Iterable[Run], workers: int, patient: bool) -> Report:
     """Runs what is not finished; signals stop it.
 
-    What other processes have is asked for again at the end: once, or, if it is to wait, until it is finished.
+    What other processes have is asked for again at the end: once, or, if it is patient, until it is finished.
     """
     waiting = list(runs)
     report = Report(workers)
@@ -67,34 +66,41 @@ def run_all(executor: Executor, runs: Iterable[Run], workers: int, wait: bool) -
     with (
         stopping(executor.stop),
         ThreadPoolExecutor(workers) as pool,
-        tqdm(total=len(waiting), unit="run", disable=not sys.stderr.isatty()) as bar,
+        tqdm(total=sum(run.count for run in waiting), unit="run", disable=not sys.stderr.isatty()) as bar,
     ):
         try:
             busy = []
             futures = {pool.submit(executor.execute, run): run for run in waiting}
-            for future in as_completed(futures):
+            finished = 0
+            for future in _completed(futures):
+                if future is None:
+                    if not bar.disable:
+                        bar.update(finished + sum(map(executor.reached, futures.values())) - bar.n)
+                    continue
                 outcome = future.result()
                 run = futures.pop(future)
                 if outcome.state == "busy":
                     busy.append(run)
                 else:
                     report.add(outcome)
-                    bar.update()
+                    finished += run.count
+                    bar.update(max(0, finished - bar.n))
             asked = 0
-            while busy and not executor.stop.asked and (wait or asked == 0):
+            while busy and not executor.stop.asked and (patient or asked == 0):
                 if asked == 1:
                     print(
-                        f"sweep: waiting for {count_of(len(busy), 'run')} of another process", file=sys.stderr
+                        f"sweep: waiting for {executor.plan.counted(len(busy))} of another process",
+                        file=sys.stderr,
                     )
                 if asked:
                     time.sleep(POLL)
                 outcomes = list(zip(busy, pool.map(executor.execute, busy), strict=True))
                 # Those that are not asked any more, once all is to stop, are still with the other process.
                 busy = [run for run, outcome in outcomes if outcome.state in ("busy", "stopped")]
-                for _, outcome in outcomes:
+                for run, outcome in outcomes:
                     if outcome.state not in ("busy", "stopped"):
                         report.add(outcome)
-                        bar.update()
+                        bar.update(run.count)
                 asked += 1
             report.states["busy"] += len(busy)
         except OSError as error:
@@ -107,6 +113,14 @@ def run_all(executor: Executor, runs: Iterable[Run], workers: int, wait: bool) -
     report.stopped = executor.stop.asked
     report.seconds = time.monotonic() - start
     return report
+
+
+def _completed(futures: Iterable[Future[Outcome]]) -> Iterator[Future[Outcome] | None]:
+    """Returns what is finished as it is; None now and then between, for the progress."""
+    pending = set(futures)
+    while pending:
+        done, pending = wait(pending, timeout=POLL, return_when=FIRST_COMPLETED)
+        yield from done or (None,)
 
 
 @contextmanager

@@ -7,17 +7,24 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from taut.case_file import Entry, Template
+from taut.case_file import Blank, Entry, Template, fortran
 from taut.errors import TautError
 from taut.formats import count_of
 from taut.sweep.sweep_file import Sweep
 
 DIGITS = 8
+# Runs that leave rows only are made in so many batches, but not fewer than so many at a time.
+BATCHES = 128
+SMALLEST_BATCH = 25
+
+
+# A value, or the column that has it and a factor.
+Source = tuple[Any, int | None, float]
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: its index orders it, its hash is what it is."""
+    """One run, or a batch of them: its index orders it, its hash is what it is."""
 
     index: int
     # One value for each column of the sweep's parameters.
@@ -27,6 +34,9 @@ class Run:
     id: str
     # Its folder's name.
     name: str
+    # Of a batch: its first run in the plan, and how many it has.
+    first: int = 0
+    count: int = 1
 
 
 class Plan:
@@ -37,9 +47,7 @@ class Plan:
         self.sweep = sweep
         texts = [*sweep.fixed]
         # Where each entry has its value from: fixed, or a column times a factor.
-        self._sources: list[tuple[Any, int | None, float]] = [
-            (value, None, 1) for value in sweep.fixed.values()
-        ]
+        self._sources: list[Source] = [(value, None, 1) for value in sweep.fixed.values()]
         column = 0
         for parameter in sweep.parameters:
             for entry in parameter.entries:
@@ -53,19 +61,26 @@ class Plan:
             self._template = Template(sweep.case, [Entry.read(text) for text in texts])
         except TautError as error:
             raise TautError(f"{sweep.path}: {error}") from None
-        rows = list(_combinations(sweep))
-        width = max(len(str(len(rows))), 4)
+        # The parameters' values of each run.
+        self.rows = list(_combinations(sweep))
+        count = max(SMALLEST_BATCH, -(-len(self.rows) // BATCHES)) if sweep.rows_only else 1
+        firsts = range(1, len(self.rows) + 1, count)
+        width = max(len(str(len(firsts))), 4)
         ids: dict[str, str] = {}
+        # What is run: each run, or batches of them.
         self.runs: list[Run] = []
         self._first: dict[str, int] = {}
-        for index, values in enumerate(rows, start=1):
-            inputs = json.dumps([sweep.app, version, self._text(values)])
+        for index, begin in enumerate(firsts, start=1):
+            values = () if sweep.rows_only else self.rows[begin - 1]
+            inside = min(count, len(self.rows) - begin + 1)
+            text = [self.blanks, self._lines(begin, inside)] if sweep.rows_only else [self._text(values)]
+            inputs = json.dumps([sweep.app, version, *text])
             digest = hashlib.sha256(inputs.encode()).hexdigest()
             short = digest[:DIGITS]
             run_id = short if ids.setdefault(short, digest) == digest else digest
             # A run that stands twice in the plan is run once, in the folder of the first.
             first = self._first.setdefault(digest, index)
-            self.runs.append(Run(index, values, digest, run_id, f"{first:0{width}}-{run_id}"))
+            self.runs.append(Run(index, values, digest, run_id, f"{first:0{width}}-{run_id}", begin, inside))
 
     def first(self, run: Run) -> bool:
         """Returns whether no run before it in the plan is the same."""
@@ -80,8 +95,14 @@ class Plan:
     def size(self) -> str:
         """How many runs there are, in words."""
         different = len(self._first)
-        said = count_of(len(self.runs), "run")
+        said = count_of(len(self.rows), "run")
+        if self.sweep.rows_only:
+            return f"{said} in {self.counted(different)}"
         return said if different == len(self.runs) else f"{said}, {different} of them different"
+
+    def counted(self, number: int) -> str:
+        """Returns so many of what is run, in words."""
+        return count_of(number, "batch", "batches") if self.sweep.rows_only else count_of(number, "run")
 
     def varies(self, group: str, name: str) -> bool:
         """Returns whether runs differ in an entry."""
@@ -92,20 +113,48 @@ class Plan:
         )
 
     def text(self, run: Run) -> str:
-        """Returns the case file of a run."""
-        return self._text(run.values)
+        """Returns the case file of a run; of a batch, that of its first."""
+        return self._text(self.rows[run.first - 1])
+
+    @property
+    def blanks(self) -> str:
+        """The case file with a blank for each value that differs from run to run."""
+        numbers = itertools.count(1)
+        return self._template.fill(
+            [fixed if column is None else Blank(next(numbers)) for fixed, column, _ in self._sources]
+        )
+
+    def lines(self, run: Run, begin: int) -> str:
+        """Returns what stands in the blanks, a line a run, from one run of a batch to its last."""
+        return self._lines(begin, run.first + run.count - begin)
+
+    def _lines(self, begin: int, count: int) -> str:
+        rows = enumerate(self.rows[begin - 1 : begin - 1 + count], start=begin)
+        lines = (
+            [
+                str(index),
+                *(fortran(v) for v in self._values(row, [s for s in self._sources if s[1] is not None])),
+            ]
+            for index, row in rows
+        )
+        return "".join("\t".join(line) + "\n" for line in lines)
 
     def parameters(self, run: Run) -> dict[str, Any]:
-        """Returns the parameters of a run by name."""
+        """Returns the parameters of a run by name; of a batch, which runs it has."""
+        if self.sweep.rows_only:
+            return {"runs": [run.first, run.first + run.count - 1]}
         return dict(zip(self.sweep.columns, run.values, strict=True))
 
     def _text(self, values: tuple[Any, ...]) -> str:
-        return self._template.fill(
-            [
-                fixed if column is None else values[column] if factor == 1 else _times(values[column], factor)
-                for fixed, column, factor in self._sources
-            ]
-        )
+        return self._template.fill(self._values(values, self._sources))
+
+    @staticmethod
+    def _values(values: tuple[Any, ...], sources: list[Source]) -> list[Any]:
+        """Returns the values of entries in a run."""
+        return [
+            fixed if column is None else values[column] if factor == 1 else _times(values[column], factor)
+            for fixed, column, factor in sources
+        ]
 
 
 def _times(value: float, factor: float) -> float:

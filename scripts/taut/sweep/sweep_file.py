@@ -17,7 +17,7 @@ PLOT_KEYS = ("name", "title", "x", "y", "z", "lines", "points", "contours", "log
 TAKEN = (
     *("run", "case", "method", "t", "status", "t_end", "steps", "rejected", "rhs_evaluations"),
     *("projection_iterations", "max_phi", "max_phidot", "max_phiddot", "energy_drift", "min_rank"),
-    *("note", "wall_seconds"),
+    *("note", "wall_seconds", "blas", "message"),
 )
 TAKES = ("max", "min", "abs-max", "max-change", "mean", "final")
 
@@ -80,6 +80,8 @@ class Sweep:
     case: Path
     combine: str
     checkpoint: float | None
+    # Whether a run leaves a row and no files.
+    rows_only: bool
     fixed: dict[str, Any]
     parameters: list[Parameter]
     quantities: list[Quantity]
@@ -120,7 +122,7 @@ def read(path: Path) -> Sweep:
 
 def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
     """Makes a sweep of the file's table."""
-    keys = ("case", "app", "combine", "checkpoint", "fixed", "parameter", "collect", "plot", "slurm")
+    keys = ("case", "app", "combine", "checkpoint", "keep", "fixed", "parameter", "collect", "plot", "slurm")
     _known(table, keys, "the sweep file")
     case = path.parent / _take(table, "case", str, "the sweep file")
     if not case.is_file():
@@ -131,6 +133,11 @@ def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
     checkpoint = _take(table, "checkpoint", float, "the sweep file", None)
     if checkpoint is not None and not checkpoint > 0:
         raise TautError("checkpoint needs a number of seconds greater than zero")
+    keep = _take(table, "keep", str, "the sweep file", "files")
+    if keep not in ("files", "rows"):
+        raise TautError(f"keep = '{keep}' is neither 'files' nor 'rows'")
+    if keep == "rows" and checkpoint is not None:
+        raise TautError("checkpoint is for runs that leave files; leave it out, or take keep = 'files'")
     fixed = _flat(_take(table, "fixed", dict, "the sweep file", {}))
     for entry, value in fixed.items():
         Entry.read(entry)
@@ -151,12 +158,17 @@ def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
     options = _take(table, "slurm", dict, "the sweep file", {})
     check_table(options)
     quantities, trajectories = _collect(_take(table, "collect", dict, "the sweep file", {}), names)
+    if keep == "rows" and (quantities or trajectories):
+        raise TautError(
+            "[collect] needs trajectories, which keep = 'rows' does not leave; take keep = 'files'"
+        )
     return Sweep(
         path=path,
         app=_take(table, "app", str, "the sweep file", path.resolve().parent.name),
         case=case,
         combine=combine,
         checkpoint=checkpoint,
+        rows_only=keep == "rows",
         fixed=fixed,
         parameters=parameters,
         quantities=quantities,

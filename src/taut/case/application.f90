@@ -15,6 +15,7 @@ module taut_case_application
    use taut_case_process, only: catch_signals, output_is_lost, say, start_process
    use taut_case_run, only: check_start, run_case, run_options_t
    use taut_case_settings, only: settings_t
+   use taut_case_variants, only: run_variants
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    implicit none (type, external)
@@ -92,11 +93,20 @@ contains
       call read_command_line(app, default_case, line, error)
       if (failed()) return
       code = 0
-      call kind%declare(groups)
+      allocate (groups(0))
+      if (line%help_case .or. line%reference) call kind%declare(groups)
       if (told(line, app, default_case, purpose, groups)) return
 
-      ! Everything is read and checked before anything is written.
       code = 1
+      if (allocated(line%runs)) then
+         call catch_signals()
+         call run_variants(kind, line%cases(1)%text, line%runs, interrupted, error)
+         if (failed()) return
+         code = merge(code_interrupted, 0, interrupted)
+         return
+      end if
+
+      ! Everything is read and checked before anything is written.
       if (allocated(line%restart)) then
          call read_origin(app, line, checkpoint, case_text, error)
          if (failed()) return

@@ -18,6 +18,8 @@ module taut_case_command_line
       character(:), allocatable :: restart
       !> Time between checkpoints [s]; 0 for none.
       real(wp) :: checkpoint = 0.0_wp
+      !> List of runs of a case with blanks; not allocated if there is none.
+      character(:), allocatable :: runs
       !> Whether the folder was given.
       logical :: out_given = .false.
       !> Whether a checkpoint may have been written with another BLAS.
@@ -80,6 +82,10 @@ contains
             call value_of('a checkpoint', 'FILE', value)
             if (allocated(error)) return
             line%restart = value
+         case ('--runs')
+            call value_of('a list of runs', 'FILE', value)
+            if (allocated(error)) return
+            line%runs = value
          case ('--checkpoint')
             call value_of('a time', 'SECONDS', value)
             if (allocated(error)) return
@@ -101,7 +107,13 @@ contains
             line%cases = [line%cases, path_t(argument)]
          end select
       end do
-      if (allocated(line%restart)) then
+      if (allocated(line%runs)) then
+         if (size(line%cases) /= 1) &
+            call raise(error, 'command line', '--runs needs one case', 'give the path of a case file with blanks such as @1@')
+         if (allocated(line%restart) .or. line%checkpoint > 0.0_wp .or. line%out_given) &
+            call raise(error, 'command line', '--runs writes no files', &
+                       'leave --out, --checkpoint and --restart out')
+      else if (allocated(line%restart)) then
          if (size(line%cases) > 1) &
             call raise(error, 'command line', '--restart continues one case, and there are several', &
                        'give that case alone, or none')
@@ -149,11 +161,14 @@ contains
       character, parameter :: nl = new_line('a')
 
       text = 'usage: '//app//' [CASE.nml ...] [--out DIR] [--checkpoint SECONDS] [--restart FILE]'//nl// &
-             repeat(' ', 8 + len(app))//'[--any-blas] [--quiet] [--help] [--help-case] [--version]'//nl//nl//about//nl//nl// &
+             repeat(' ', 8 + len(app))//'[--runs FILE] [--any-blas] [--quiet] [--help] [--help-case] [--version]'//nl//nl// &
+             about//nl//nl// &
              '  CASE.nml              case files; default: '//default_case//nl// &
              '  --out DIR             folder for the results; default: results'//nl// &
              '  --checkpoint SECONDS  write DIR/<case>/checkpoint.taut so often (wall time)'//nl// &
              '  --restart FILE        continue from such a checkpoint, bit for bit, in the folder that it is in'//nl// &
+             '  --runs FILE           print a row for each run of this list and write no files; a line is a name and the'//nl// &
+             '                        values of the blanks @1@, @2@, ... of the case, with a tab before each value'//nl// &
              '  --any-blas            let it continue with another BLAS or kernel: round-off differs from there on'//nl// &
              '  --quiet               print nothing but errors'//nl// &
              '  --help                print this'//nl// &

@@ -18,12 +18,13 @@ module taut_case_csv
       logical :: in_checkpoint = .false.
       character(:), allocatable, private :: temporary
       type(output_file_t), private :: file
-      logical, private :: is_open = .false.
+      logical, private :: opened = .false.
       !> What is known to have arrived: number of bytes, and their checksum.
       integer(int64), private :: synced = 0, checksum = 0
    contains
       procedure :: create
       procedure :: put
+      procedure :: is_open
       procedure :: finish
       procedure :: discard
       procedure :: keep
@@ -50,12 +51,20 @@ contains
       ! A process that was killed may have left a file, and its number may be ours now.
       do i = 1, 1000
          self%temporary = path//'.'//to_text(process_id())//'-'//to_text(i)//'.part'
-         call self%file%open(self%temporary, self%is_open)
-         if (self%is_open) exit
+         call self%file%open(self%temporary, self%opened)
+         if (self%opened) exit
       end do
-      if (.not. self%is_open) &
+      if (.not. self%opened) &
          call raise(error, path, 'the file cannot be written', 'choose a folder that can be written with --out')
    end subroutine create
+
+   !> Whether lines can be written.
+   pure logical function is_open(self)
+      !> The file.
+      class(csv_t), intent(in) :: self
+
+      is_open = self%opened
+   end function is_open
 
    !> Writes one line.
    subroutine put(self, line, error)
@@ -67,7 +76,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       logical :: done
 
-      if (.not. self%is_open) return
+      if (.not. self%opened) return
       call self%file%put(line, done)
       if (.not. done) call broken(self, error)
    end subroutine put
@@ -80,8 +89,8 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       logical :: done
 
-      if (.not. self%is_open) return
-      self%is_open = .false.
+      if (.not. self%opened) return
+      self%opened = .false.
       call self%file%close(done)
       if (.not. done) then
          call broken(self, error)
@@ -100,10 +109,10 @@ contains
       class(csv_t), intent(inout) :: self
       logical :: ignored
 
-      if (.not. self%is_open) return
+      if (.not. self%opened) return
       call self%file%close(ignored)
       if (.not. self%in_checkpoint) call remove_file(self%temporary)
-      self%is_open = .false.
+      self%opened = .false.
    end subroutine discard
 
    !> Closes the file and leaves what was written so far under its temporary name, for a later `serialize`.
@@ -112,9 +121,9 @@ contains
       class(csv_t), intent(inout) :: self
       logical :: ignored
 
-      if (.not. self%is_open) return
+      if (.not. self%opened) return
       call self%file%close(ignored)
-      self%is_open = .false.
+      self%opened = .false.
    end subroutine keep
 
    !> Passes a file that is being written through an archive: its length so far and a checksum. Restored, it is the file
@@ -165,13 +174,13 @@ contains
                     'restart from a checkpoint whose files were left in place, or run the case anew')
          return
       end if
-      call self%file%reopen(self%temporary, self%synced, self%is_open, busy, known)
+      call self%file%reopen(self%temporary, self%synced, self%opened, busy, known)
       if (.not. known) write (error_unit, '(2a)') self%temporary, &
          ': note: the file system has no locks: see that no other process writes this file'
-      self%in_checkpoint = self%is_open
+      self%in_checkpoint = self%opened
       if (busy) then
          call raise(error, self%temporary, 'another process writes the unfinished file', 'see whether the run still goes on')
-      else if (.not. self%is_open) then
+      else if (.not. self%opened) then
          call raise(error, self%temporary, 'the unfinished file cannot be written', &
                     'see to the permissions of the file and of its folder')
       end if

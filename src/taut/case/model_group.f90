@@ -69,11 +69,28 @@ contains
       type(settings_t), intent(out) :: settings
       !> What is wrong with the file.
       type(error_t), allocatable, intent(inout) :: error
-      class(model_group_t), allocatable :: own
       type(declared_t), allocatable :: known(:)
+
+      if (allocated(self%known)) then
+         call read_known(self, self%known, file, model, start, settings, error)
+      else
+         call self%declare(known)
+         call read_known(self, known, file, model, start, settings, error)
+      end if
+   end subroutine read_model
+
+   !> Reads a case file of which the groups are known.
+   subroutine read_known(self, known, file, model, start, settings, error)
+      type(model_case_t), intent(in) :: self
+      type(declared_t), intent(in) :: known(:)
+      type(namelist_file_t), intent(in) :: file
+      class(tabulated_system_t), allocatable, intent(out) :: model
+      type(state_t), intent(out) :: start
+      type(settings_t), intent(out) :: settings
+      type(error_t), allocatable, intent(inout) :: error
+      class(model_group_t), allocatable :: own
       integer :: i
 
-      call self%declare(known)
       call check_groups(file, known, error)
       if (allocated(error)) return
       allocate (own, source=self%group)
@@ -83,6 +100,6 @@ contains
       call own%build(model, start, error)
       if (i > 0) call file%locate(file%groups(i), error)
       if (.not. allocated(error)) call read_settings(file, settings, error)
-   end subroutine read_model
+   end subroutine read_known
 
 end module taut_case_model_group

@@ -49,6 +49,7 @@ module taut_case_namelist_file
       type(group_t), allocatable :: groups(:)
    contains
       procedure :: load
+      procedure :: take
       procedure :: only_groups
       procedure :: locate
    end type namelist_file_t
@@ -66,8 +67,34 @@ contains
       character(*), intent(in) :: path
       !> A file that is missing, or text that is no namelist.
       type(error_t), allocatable, intent(inout) :: error
-      character(:), allocatable :: text
-      integer, allocatable :: line(:)
+      character(:), allocatable :: content
+      logical :: done, exists
+
+      inquire (file=path, exist=exists)
+      if (.not. exists) then
+         call raise(error, path, 'there is no such case file', 'check the path; the shipped cases are in the folder cases')
+         return
+      end if
+      call read_whole(path, content, done)
+      if (.not. done) then
+         call raise(error, path, 'the case file cannot be read', 'give a text file, no folder and no pipe; check its permissions')
+         return
+      end if
+      call self%take(path, content, error)
+   end subroutine load
+
+   !> Cuts a text into groups and assignments.
+   subroutine take(self, path, content, error)
+      !> The file.
+      class(namelist_file_t), intent(out) :: self
+      !> Its path: what complaints name.
+      character(*), intent(in) :: path
+      !> What it says.
+      character(*), intent(in) :: content
+      !> Text that is no namelist.
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=len(content)) :: text
+      integer :: line(len(content))
       type(group_t), allocatable :: groups(:)
       integer :: i, first, last, n, start
 
@@ -82,8 +109,8 @@ contains
          return
       end if
       allocate (self%groups(0))
-      call read_text(path, text, self%content, line, error)
-      if (allocated(error)) return
+      self%content = content
+      call blank_comments(content, text, line)
 
       ! Room for all that there can be: lists that grow one by one take the square of the time.
       allocate (groups(count([(text(i:i) == '&', i=1, len(text))])))
@@ -120,31 +147,19 @@ contains
          i = last + 1
       end do
       self%groups = groups(:n)
-   end subroutine load
+   end subroutine take
 
    !> The whole file in one text, comments blanked, line ends as blanks; and the line of each character.
-   subroutine read_text(path, text, content, line, error)
-      character(*), intent(in) :: path
-      character(:), allocatable, intent(out) :: text, content
-      integer, allocatable, intent(out) :: line(:)
-      type(error_t), allocatable, intent(inout) :: error
+   subroutine blank_comments(content, text, line)
+      character(*), intent(in) :: content
+      character(len=len(content)), intent(out) :: text
+      integer, intent(out) :: line(len(content))
       character :: quote
       integer :: i, number
-      logical :: comment, done, exists
+      logical :: comment
 
-      inquire (file=path, exist=exists)
-      if (.not. exists) then
-         call raise(error, path, 'there is no such case file', 'check the path; the shipped cases are in the folder cases')
-         return
-      end if
-      call read_whole(path, text, done)
-      if (.not. done) then
-         call raise(error, path, 'the case file cannot be read', 'give a text file, no folder and no pipe; check its permissions')
-         return
-      end if
-      content = text
+      text = content
       if (index(text, byte_order_mark) == 1) text(:len(byte_order_mark)) = ''
-      allocate (line(len(text)))
       number = 1
       quote = ' '
       comment = .false.
@@ -165,7 +180,7 @@ contains
             text(i:i) = ' '
          end if
       end do
-   end subroutine read_text
+   end subroutine blank_comments
 
    !> Position of the slash that ends a group, 0 if there is none.
    pure function end_of_group(text, first) result(position)

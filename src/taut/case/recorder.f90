@@ -250,7 +250,7 @@ contains
       real(wp), intent(in), contiguous :: y(:)
       !> A state that cannot be evaluated, or a file that cannot be written.
       type(error_t), allocatable, intent(inout) :: error
-      integer :: i, info
+      integer :: info
       character(:), allocatable :: why
 
       select type (ode)
@@ -267,32 +267,8 @@ contains
          return
       end select
 
-      call self%row%clear()
-      self%column = 0
-      call add(self, t)
-      call add(self, h)
-      do i = 1, size(y)
-         call add(self, y(i))
-      end do
+      if (self%csv%is_open()) call write_point()
       associate (s => self%sample)
-         call add(self, s%phi)
-         call add(self, s%phidot)
-         call add(self, s%phiddot)
-         call add(self, s%phi_raw)
-         call add(self, s%phidot_raw)
-         call add(self, s%energy)
-         do i = 1, size(s%mu)
-            call add(self, s%mu(i))
-         end do
-         do i = 1, size(s%lambda)
-            call add(self, s%lambda(i))
-         end do
-         self%column = self%column + 1
-         if (self%wanted(self%column)) call self%row%add(s%rank)
-         do i = 1, size(s%outputs)
-            call add(self, s%outputs(i))
-         end do
-         call self%csv%put(self%row%letters(:self%row%used), error)
          if (self%points == 0) self%first_energy = s%energy
          self%points = self%points + 1
          self%energy_drift = s%energy - self%first_energy
@@ -302,6 +278,42 @@ contains
          self%min_rank = min(self%min_rank, s%rank)
       end associate
       call self%progress%update(abs(t - self%t_start)/max(abs(self%t_end - self%t_start), tiny(1.0_wp)))
+
+   contains
+
+      !> Writes the row of a point; the columns are those of `column_name`.
+      subroutine write_point()
+         integer :: i
+
+         call self%row%clear()
+         self%column = 0
+         call add(self, t)
+         call add(self, h)
+         do i = 1, size(y)
+            call add(self, y(i))
+         end do
+         associate (s => self%sample)
+            call add(self, s%phi)
+            call add(self, s%phidot)
+            call add(self, s%phiddot)
+            call add(self, s%phi_raw)
+            call add(self, s%phidot_raw)
+            call add(self, s%energy)
+            do i = 1, size(s%mu)
+               call add(self, s%mu(i))
+            end do
+            do i = 1, size(s%lambda)
+               call add(self, s%lambda(i))
+            end do
+            self%column = self%column + 1
+            if (self%wanted(self%column)) call self%row%add(s%rank)
+            do i = 1, size(s%outputs)
+               call add(self, s%outputs(i))
+            end do
+            call self%csv%put(self%row%letters(:self%row%used), error)
+         end associate
+      end subroutine write_point
+
    end subroutine observe
 
    !> Appends a number to the row if its column is written.

@@ -25,8 +25,9 @@ module taut_case_run
    use taut_ode_status, only: status_event, status_interrupted, status_name, status_output_failed, status_reached_end
    implicit none (type, external)
    private
-   public :: run_case, run_options_t, check_start
+   public :: run_case, run_rows, failed_row, summary_header, run_options_t, check_start
 
+   !> Columns of a case's summary.
    character(*), parameter :: summary_header = &
       'case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,max_phi,max_phidot,max_phiddot,'// &
       'energy_drift,min_rank,note,wall_seconds,blas'
@@ -36,7 +37,7 @@ module taut_case_run
    type :: run_options_t
       !> Name of the app.
       character(:), allocatable :: app
-      !> Folder of the case's results.
+      !> Folder of the case's results; not allocated if nothing is written but rows.
       character(:), allocatable :: folder
       !> Whether nothing is printed but errors.
       logical :: quiet = .false.
@@ -142,7 +143,7 @@ contains
       !> A file that cannot be written, or a checkpoint that does not fit.
       type(error_t), allocatable, intent(inout) :: error
       type(progress_of_case_t) :: progress
-      character(:), allocatable :: row, events
+      character(:), allocatable :: row, events, message
       integer :: i, first
       logical :: there
 
@@ -172,8 +173,9 @@ contains
       do i = first, size(settings%methods)
          progress%method = i
          call run_method(file, model, start, settings, settings%methods(i), options, checkpoint, progress, all_ended, &
-                         interrupted, row, events, error)
+                         interrupted, row, events, message, error)
          if (allocated(error)) return
+         if (len(message) > 0) write (error_unit, '(5a)') file%name, ' ', settings%methods(i)%label, ': ', message
          if (interrupted) exit
          progress%rows = progress%rows//row
          progress%events = progress%events//events
@@ -188,6 +190,58 @@ contains
       call remove_file(options%folder//'/'//checkpoint_file)
       call remove_remainders(options%folder//'/', '.part')
    end subroutine run_case
+
+   !> Runs all methods of a case and writes no file. What a signal interrupts leaves nothing.
+   subroutine run_rows(name, file, model, start, settings, rows, error)
+      !> What stands before each row.
+      character(*), intent(in) :: name
+      !> The case file.
+      type(namelist_file_t), intent(in) :: file
+      !> The system.
+      class(tabulated_system_t), intent(in) :: model
+      !> Initial state.
+      type(state_t), intent(in) :: start
+      !> Tolerances and methods.
+      type(settings_t), intent(in) :: settings
+      !> The rows of its summary, with why a method ended early behind each.
+      character(:), allocatable, intent(out) :: rows
+      !> A method that cannot begin.
+      type(error_t), allocatable, intent(inout) :: error
+      type(run_options_t) :: options
+      type(archive_t) :: no_checkpoint
+      type(progress_of_case_t) :: progress
+      character(:), allocatable :: events, message, row
+      logical :: all_ended, interrupted
+      integer :: i
+
+      options%quiet = .true.
+      rows = ''
+      do i = 1, size(settings%methods)
+         row = ''
+         events = ''
+         progress%seconds = 0.0_wp
+         call run_method(file, model, start, settings, settings%methods(i), options, no_checkpoint, progress, all_ended, &
+                         interrupted, row, events, message, error)
+         if (allocated(error) .or. interrupted) return
+         rows = rows//name//','//row(:len(row) - 1)//','//csv_field(message)//line_end
+      end do
+   end subroutine run_rows
+
+   !> The row of a run that could not be made.
+   function failed_row(name, case_name, message) result(row)
+      !> Name of the run.
+      character(*), intent(in) :: name
+      !> Name of the case.
+      character(*), intent(in) :: case_name
+      !> Why not.
+      character(*), intent(in) :: message
+      !> A row as those of `run_rows`: its status is `failed`, and other columns are empty.
+      character(:), allocatable :: row
+      integer :: i
+
+      row = name//','//csv_field(case_name)//',,failed'// &
+            repeat(',', count([(summary_header(i:i) == ',', i=1, len(summary_header))]) - 2)//','//csv_field(message)//line_end
+   end function failed_row
 
    !> What the system knows about itself.
    subroutine write_quantities(path, list, error)
@@ -225,7 +279,7 @@ contains
 
    !> One method, from its start or from where a checkpoint left it.
    subroutine run_method(file, model, start, settings, chosen, options, checkpoint, progress, all_ended, interrupted, row, &
-                         event_rows, error)
+                         event_rows, message, error)
       type(namelist_file_t), intent(in) :: file
       class(tabulated_system_t), intent(in) :: model
       type(state_t), intent(in) :: start
@@ -237,6 +291,7 @@ contains
       logical, intent(inout) :: all_ended
       logical, intent(out) :: interrupted
       character(:), allocatable, intent(inout) :: row, event_rows
+      character(:), allocatable, intent(out) :: message
       type(error_t), allocatable, intent(inout) :: error
       type(recorder_t) :: recorder
       type(row_t) :: fields
@@ -250,6 +305,7 @@ contains
       integer :: i
 
       interrupted = .false.
+      message = ''
       at = start
       at%t = settings%t_start
       ! An argument that is not allocated counts as not present.
@@ -271,14 +327,18 @@ contains
             call progress%list(file%name, chosen%label//' continues at t = '//to_text(simulation%result%t)//' s')
          call simulation%resume(recorder, watched, watch)
       else
-         call recorder%create(options%folder//'/'//chosen%label//'.csv', model, settings%columns, settings%t_start, &
-                              settings%t_end, error)
+         if (allocated(options%folder)) then
+            call recorder%create(options%folder//'/'//chosen%label//'.csv', model, settings%columns, settings%t_start, &
+                                 settings%t_end, error)
+         else
+            call recorder%prepare(model, settings%columns, settings%t_start, settings%t_end, error)
+         end if
          if (allocated(error)) return
          call simulation%run(at, settings%t_end, error, recorder, watched, pause=watch)
       end if
       do while (simulation%result%status == status_interrupted .and. .not. allocated(error))
          call set_seconds()
-         call save(file, options, checkpoint, progress, recorder, simulation, error)
+         if (allocated(options%folder)) call save(file, options, checkpoint, progress, recorder, simulation, error)
          interrupted = caught_signal() /= 0
          if (allocated(error) .or. interrupted) exit
          call watch%start()
@@ -294,6 +354,7 @@ contains
             return
          end if
          if (interrupted) then
+            if (.not. allocated(options%folder)) return
             call recorder%csv%keep()
             write (error_unit, '(a)') file%name//' '//chosen%label//': interrupted at t = '//to_text(result%t)// &
                ' s; continue with: '//options%app//' --restart '//options%folder//'/'//checkpoint_file
@@ -303,8 +364,7 @@ contains
          end if
          if (result%status /= status_reached_end .and. result%status /= status_event) then
             all_ended = .false.
-            if (allocated(result%error)) &
-               write (error_unit, '(5a)') file%name, ' ', chosen%label, ': ', result%error%line()
+            if (allocated(result%error)) message = result%error%line()
          end if
          if (allocated(result%events)) then
             do i = 1, size(result%events)

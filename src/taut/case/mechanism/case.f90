@@ -1,9 +1,10 @@
 !> Mechanisms as a kind of case file.
 module taut_case_mechanism_case
-   use taut_error, only: error_t
+   use taut_error, only: error_t, raise
    use taut_case_group, only: declared_t
    use taut_case_kind, only: case_kind_t
    use taut_case_mechanism, only: declare_mechanism, read_mechanism
+   use taut_case_mechanism_analysis, only: analysis_t, read_analysis
    use taut_case_mechanism_geometry, only: write_geometry
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_settings, only: settings_t
@@ -52,10 +53,16 @@ contains
       !> What is wrong with the file.
       type(error_t), allocatable, intent(inout) :: error
       type(mechanism_report_t) :: report
+      type(analysis_t) :: analysis
       type(mechanism_t), allocatable :: own
 
       associate (unused_kind => self)
       end associate
+      call read_analysis(file, analysis, error)
+      if (.not. allocated(error) .and. analysis%kind /= 'dynamics') &
+         call raise(error, file%path, 'nothing moves where &analysis asks for '//trim(analysis%kind), &
+                    'run the case alone, or ask for "dynamics"')
+      if (allocated(error)) return
       allocate (own)
       call read_mechanism(file, own, start, settings, report, error)
       if (.not. allocated(error)) call move_alloc(own, model)

@@ -57,7 +57,7 @@ contains
       call read_command_line(app, default_case, line, error)
       ! What is wrong here is told by the application.
       if (allocated(error)) return
-      if (line%help .or. line%version .or. line%help_case .or. line%reference) return
+      if (line%help .or. line%version .or. line%help_case .or. line%reference .or. allocated(line%runs)) return
       allocate (files(size(line%cases)), cases(size(line%cases)))
       static = 0
       do i = 1, size(files)
