@@ -202,8 +202,9 @@ contains
          call no_error(failure, error)
          if (allocated(failure)) return
          call simulate(mechanism, at, t_end, result, error, options=options)
-         call no_error(failure, error)
+         call check(failure, allocated(error) .eqv. allocated(result%error), 'the call says how it went')
          if (allocated(failure)) return
+         if (allocated(error)) deallocate (error)
          if (allocated(result%error)) then
             stopped = stopped + 1
             call check(failure, index(result%error%line(), 'joint "hinge" is half a turn') > 0, result%error%line())

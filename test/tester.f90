@@ -13,6 +13,7 @@ program tester
    use test_helicopter, only: collect_helicopter
    use test_faults, only: collect_faults
    use test_generalized_alpha, only: collect_generalized_alpha
+   use test_history, only: collect_history
    use test_jet, only: collect_jet
    use test_helicopter_motion, only: collect_helicopter_motion
    use test_pendulum, only: collect_pendulum
@@ -72,6 +73,7 @@ program tester
    call run_suite('blow', collect_blow(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('problem', collect_problem(), trim(only), outcome)
+   call run_suite('history', collect_history(), trim(only), outcome)
    call run_suite('jet', collect_jet(), trim(only), outcome)
    call run_suite('automatic', collect_automatic(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)

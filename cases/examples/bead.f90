@@ -46,7 +46,6 @@ program bead
       print '(a)', error%line()
       error stop 1
    end if
-   if (allocated(result%error)) print '(a)', result%error%line()
    print '(a, 2f12.6, a, es9.1)', status_name(result%status), at%x, '  phi =', at%x(2) - system%a*at%x(1)**2
    print '(a, f12.6)', 'height of its energy [m]:', at%x(2) + 0.5_wp*sum(at%v**2)/system%g
 end program bead

@@ -8,7 +8,7 @@ module taut_constrained_model_events
    private
    public :: model_events_t
 
-   !> Sign changes of the system's `event_values`, in both directions; none stops the integration.
+   !> Sign changes of the system's `event_values`, in its `event_direction`; those of `event_terminal` stop the integration.
    type, extends(events_t) :: model_events_t
       class(tabulated_system_t), allocatable, private :: model
       type(state_t), private :: at
@@ -30,6 +30,8 @@ contains
       allocate (self%model, source=model)
       self%direction = [(0, i=1, model%n_events)]
       self%terminal = [(.false., i=1, model%n_events)]
+      if (allocated(model%event_direction)) self%direction = model%event_direction
+      if (allocated(model%event_terminal)) self%terminal = model%event_terminal
       allocate (self%at%x(model%n_x), self%at%v(model%n), self%at%w(model%n_w), source=0.0_wp)
    end subroutine init
 

@@ -7,15 +7,17 @@ module taut_constrained_simulate
    use taut_constrained_method_choose, only: new_constrained_ode
    use taut_constrained_first_look, only: first_look
    use taut_constrained_method_options, only: method_t
+   use taut_constrained_model_events, only: model_events_t
    use taut_constrained_stepper_choose, only: choose_constrained_stepper
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system_tables, only: tabulated_system_t
    use taut_ode_event, only: events_t
    use taut_ode_integrate, only: integrator_t
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_observer, only: observer_t
    use taut_ode_pause, only: pause_t
-   use taut_ode_status, only: status_not_started
+   use taut_ode_status, only: status_event, status_not_started, status_reached_end
    use taut_ode_stepper, only: stepper_t
    implicit none (type, external)
    private
@@ -148,8 +150,8 @@ contains
 
    !> Brings the initial state to the constraints and integrates, in one call.
    !!
-   !! An integration that ends early is no error here: see `result%status` and `result%error`; everything up to then
-   !! has been seen by the observer.
+   !! `error` says whether the call went well: it is allocated unless the end was reached, or a terminal event. Everything up
+   !! to then has been seen by the observer, and is in `result` and `at`; `result%status` says in one word how it ended.
    subroutine simulate(model, at, t_end, result, error, method, options, observer, events, start, ode, look, held)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
@@ -159,7 +161,7 @@ contains
       real(wp), intent(in) :: t_end
       !> How it went.
       type(integration_result_t), intent(out) :: result
-      !> What is not valid: sizes, options, or an initial state that no projection mends.
+      !> What is not valid: sizes, options, or an initial state that no projection mends; or why the integration ended early.
       type(error_t), allocatable, intent(inout) :: error
       !> The method; default: `present`.
       type(method_t), intent(in), optional :: method
@@ -167,7 +169,7 @@ contains
       type(integration_options_t), intent(in), optional :: options
       !> Sees the output points.
       class(observer_t), intent(inout), optional :: observer
-      !> Sign changes to look for.
+      !> Sign changes to look for; default: those that the system announces.
       class(events_t), intent(inout), optional :: events
       !> How far the initial state was moved.
       type(start_report_t), intent(out), optional :: start
@@ -179,6 +181,7 @@ contains
       !> Velocities that start as given, and with them coordinates; the others are moved to meet the constraints: (n). Default: none.
       logical, intent(in), optional :: held(:)
       type(simulation_t) :: simulation
+      type(model_events_t), allocatable :: announced
       logical :: looks
 
       call simulation%init(model, error, method, options)
@@ -186,11 +189,32 @@ contains
       if (present(look)) looks = look
       if (looks .and. .not. allocated(error)) call look_at_start(simulation, at, error, held)
       if (allocated(error)) return
-      call simulation%run(at, t_end, error, observer, events, start, held=held)
+      if (present(events)) then
+         call simulation%run(at, t_end, error, observer, events, start, held=held)
+      else
+         call find_events(model, announced)
+         call simulation%run(at, t_end, error, observer, announced, start, held=held)
+      end if
       at = simulation%at
-      if (.not. allocated(error)) result = simulation%result
+      if (.not. allocated(error)) then
+         result = simulation%result
+         if (result%status /= status_reached_end .and. result%status /= status_event) error = result%error
+      end if
       if (present(ode)) call move_alloc(simulation%ode, ode)
    end subroutine simulate
+
+   !> The events that a system announces, if there are any.
+   subroutine find_events(model, events)
+      class(mechanical_system_t), intent(in) :: model
+      type(model_events_t), allocatable, intent(out) :: events
+
+      select type (model)
+      class is (tabulated_system_t)
+         if (model%n_events == 0) return
+         allocate (events)
+         call events%init(model)
+      end select
+   end subroutine find_events
 
    !> Looks at a system where it starts; a start that cannot be is for `run` to tell.
    subroutine look_at_start(simulation, at, error, held)

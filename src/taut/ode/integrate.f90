@@ -42,6 +42,8 @@ module taut_ode_integrate
       !> Tries rejected in a row; steps since the rate was looked at last, and their length then.
       integer, private :: rejected_in_a_row = 0, in_window = 0
       real(wp), private :: h_before = 0.0_wp
+      !> The continuous extension of the step at hand, where the observer wants it: (n, places).
+      real(wp), allocatable, private :: places(:, :)
    contains
       procedure :: init
       procedure :: run
@@ -101,14 +103,8 @@ contains
          call check_events(events, result%error)
          if (allocated(result%error)) return
       end if
-      if (self%options%output_dt > 0.0_wp) then
-         if (abs(t_end - t)/self%options%output_dt >= real(huge(1), wp)) then
-            call raise(result%error, 'integration', 'output_dt = '//to_text(self%options%output_dt)// &
-                       ' s asks for too many points', &
-                       'give a longer time, or 0 for every step')
-            return
-         end if
-      end if
+      call check_output(self%options, t, t_end, result%error)
+      if (allocated(result%error)) return
       self%step%direction = sign(1.0_wp, t_end - t)
       self%step%t = t
       self%step%stepper%work = work_t()
@@ -119,13 +115,17 @@ contains
       self%rejected_in_a_row = 0
       self%in_window = 0
       self%h_before = 0.0_wp
-      if (present(observer)) call observer%begin()
+      if (allocated(self%places)) deallocate (self%places)
+      if (present(observer)) then
+         call observer%begin()
+         if (observer%places > 1) allocate (self%places(size(y), observer%places))
+      end if
       if (present(events)) then
          call self%search%init(events)
          call self%search%look(events, t, self%step%y)
       end if
       if (abs(t_end - t) <= 0.0_wp) then
-         if (present(observer)) call show(ode, t, 0.0_wp, self%step%y, result, observer)
+         if (present(observer)) call show_start(self, ode, result, observer)
          if (result%status == status_not_started) result%status = status_reached_end
          result%notes = [note_t(note_no_time, t)]
          if (present(observer)) call observer%finish()
@@ -136,6 +136,34 @@ contains
       self%under_way = .false.
       call proceed(self, ode, t, y, result, observer, events, pause)
    end subroutine run
+
+   !> Whether the output points can be given.
+   subroutine check_output(options, t, t_end, error)
+      type(integration_options_t), intent(in) :: options
+      real(wp), intent(in) :: t, t_end
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: before
+      integer :: i
+
+      if (allocated(options%output_times)) then
+         before = t
+         do i = 1, size(options%output_times)
+            associate (wanted => options%output_times(i))
+               if (.not. ((wanted - before)*(t_end - t) >= 0.0_wp .and. (t_end - wanted)*(t_end - t) >= 0.0_wp)) then
+                  call raise(error, 'integration', 'output_times('//to_text(i)//') = '//to_text(wanted)// &
+                             ' s does not lie between the one before, or the start, and the end', &
+                             'give times from start to end in the order in which they are met')
+                  return
+               end if
+               before = wanted
+            end associate
+         end do
+      else if (options%output_dt > 0.0_wp) then
+         if (abs(t_end - t)/options%output_dt >= real(huge(1), wp)) &
+            call raise(error, 'integration', 'output_dt = '//to_text(options%output_dt)//' s asks for too many points', &
+                       'give a longer time, or 0 for every step')
+      end if
+   end subroutine check_output
 
    !> Continues after a pause, bit for bit as if there had been none.
    subroutine resume(self, ode, t, y, result, observer, events, pause)
@@ -184,7 +212,7 @@ contains
             if (self%info == rhs_ok) call self%step%begin(ode, self%stops(self%stop), self%info)
             if (self%info /= rhs_ok) call fail(ode, self%info, self%step%t, result)
             if (self%stop == 1 .and. present(observer) .and. result%status == status_not_started) &
-               call show(ode, self%step%t, 0.0_wp, self%step%y, result, observer)
+               call show_start(self, ode, result, observer)
             if (result%status /= status_not_started) exit
             self%under_way = .true.
          end if
@@ -363,7 +391,11 @@ contains
             if (terminal > 0) t_last = result%events(terminal)%t
          end if
 
-         if (present(observer) .and. self%options%output_dt > 0.0_wp) then
+         if (present(observer) .and. allocated(self%places)) then
+            call keep_places(self, ode, t_last, result, observer)
+            if (result%status /= status_not_started) return
+         end if
+         if (present(observer) .and. scheduled(self)) then
             do
                t_shown = next_output(self)
                ! A point that falls on the step's end but for round-off is the step's end.
@@ -381,15 +413,16 @@ contains
             step%t = t_last
             step%y(:) = result%events(terminal)%y
             result%status = status_event
-            if (present(observer)) call show(ode, step%t, step%h_tried, step%y, result, observer)
+            if (present(observer) .and. shows_end(self, t_last)) &
+               call show(ode, step%t, step%h_tried, step%y, result, observer)
             return
          end if
          if (.not. present(observer)) return
-         if (self%options%output_dt > 0.0_wp) then
+         if (scheduled(self)) then
             t_shown = next_output(self)
             if (abs(t_shown - step%t_new) <= 1.0e-9_wp*abs(step%h_tried)) then
                self%outputs = self%outputs + 1
-            else if (.not. at_end) then
+            else if (.not. (at_end .and. shows_end(self, t_last))) then
                return
             end if
          end if
@@ -401,12 +434,75 @@ contains
       end associate
    end subroutine look
 
-   !> Time of the next output point [s].
+   !> The start is an output point, unless others are asked for.
+   subroutine show_start(self, ode, result, observer)
+      type(integrator_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      type(integration_result_t), intent(inout) :: result
+      class(observer_t), intent(inout) :: observer
+
+      if (allocated(self%options%output_times)) then
+         if (abs(next_output(self) - self%step%t) > 0.0_wp) return
+         self%outputs = 1
+      end if
+      call show(ode, self%step%t, 0.0_wp, self%step%y, result, observer)
+   end subroutine show_start
+
+   !> Whether output points are at times that are known beforehand.
+   pure logical function scheduled(self)
+      type(integrator_t), intent(in) :: self
+
+      scheduled = self%options%output_dt > 0.0_wp .or. allocated(self%options%output_times)
+   end function scheduled
+
+   !> Whether the end of the integration is an output point by itself.
+   pure logical function shows_end(self, t)
+      type(integrator_t), intent(in) :: self
+      real(wp), intent(in) :: t
+
+      shows_end = .not. allocated(self%options%output_times)
+      if (.not. shows_end) shows_end = abs(next_output(self) - t) <= 1.0e-9_wp*abs(self%step%h_tried)
+   end function shows_end
+
+   !> Time of the next output point [s]; none any more: never.
    pure real(wp) function next_output(self)
       type(integrator_t), intent(in) :: self
 
-      next_output = self%t_start + self%step%direction*(self%outputs + 1)*self%options%output_dt
+      if (allocated(self%options%output_times)) then
+         next_output = self%step%direction*huge(1.0_wp)
+         if (self%outputs < size(self%options%output_times)) next_output = self%options%output_times(self%outputs + 1)
+      else
+         next_output = self%t_start + self%step%direction*(self%outputs + 1)*self%options%output_dt
+      end if
    end function next_output
+
+   !> Hands the continuous extension of a step to the observer.
+   subroutine keep_places(self, ode, t_last, result, observer)
+      type(integrator_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      real(wp), intent(in) :: t_last
+      type(integration_result_t), intent(inout) :: result
+      class(observer_t), intent(inout) :: observer
+      real(wp) :: t
+      integer :: info, k, last
+
+      associate (step => self%step)
+         last = size(self%places, 2)
+         self%places(:, 1) = step%y
+         self%places(:, last) = step%y_new
+         do k = 2, last
+            t = step%t + (t_last - step%t)*(k - 1)/(last - 1)
+            if (k == last .and. abs(t_last - step%t_new) <= 0.0_wp) exit
+            call step%interpolate(ode, t, info)
+            if (info /= rhs_ok) then
+               call fail(ode, info, t, result)
+               return
+            end if
+            self%places(:, k) = step%y_inside
+         end do
+         call observer%step(step%t, t_last, self%places)
+      end associate
+   end subroutine keep_places
 
    !> Hands a point to the observer.
    subroutine show(ode, t, h, y, result, observer)

@@ -9,8 +9,12 @@ module taut_ode_observer
 
    !> Receives the output points in order of time.
    type, abstract :: observer_t
+      !> At how many places of each step its continuous extension is wanted, evenly from its beginning to its end; to be set by
+      !! `begin`.
+      integer :: places = 0
    contains
       procedure(observe_point), deferred :: observe
+      procedure :: step => no_interest
       procedure :: begin => nothing_to_do
       procedure :: finish => nothing_to_do
    end type observer_t
@@ -59,6 +63,21 @@ contains
       associate (unused_observer => self)
       end associate
    end subroutine nothing_to_do
+
+   !> A step that holds, by its continuous extension, if `places` are wanted; before its output points. The default does nothing.
+   subroutine no_interest(self, t, t_new, values)
+      !> The observer.
+      class(observer_t), intent(inout) :: self
+      !> Its beginning [s].
+      real(wp), intent(in) :: t
+      !> Its end, or where a terminal event ends it [s].
+      real(wp), intent(in) :: t_new
+      !> States, on the system's invariants: (n, places).
+      real(wp), intent(in), contiguous :: values(:, :)
+
+      associate (unused_observer => self, unused_begin => t, unused_end => t_new, unused_values => values)
+      end associate
+   end subroutine no_interest
 
    !> Forgets the points of an integration before.
    subroutine forget(self)

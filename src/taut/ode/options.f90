@@ -36,6 +36,9 @@ module taut_ode_options
       character(len=8) :: norm = 'rms'
       !> Time between output points [s]; 0 for every step.
       real(wp) :: output_dt = 0.0_wp
+      !> Times of the output points [s], in the order in which they are met; takes the place of `output_dt` where allocated. There
+      !! are no others then, neither at the start nor at the end.
+      real(wp), allocatable :: output_times(:)
       !> A step whose projection bends is rejected, for it may end on another branch: if what follows its first correction
       !! moves the coordinates by more than this, in units of the tolerance (standard controller only).
       real(wp) :: projection_limit = 1.0e-5_wp

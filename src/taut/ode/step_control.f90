@@ -11,6 +11,8 @@ module taut_ode_step_control
    integer, parameter :: standard = 1, fixed = 2, odepkg_2009 = 3
 
    real(wp), parameter :: safety = 0.9_wp
+   !> A relative tolerance below so much asks for more digits than there are.
+   real(wp), parameter :: least_rtol = 10.0_wp*epsilon(1.0_wp)
 
    !> Constants of the standard controller (PI), h_new/h = safety last_error^memory/error^exponent within bounds: E. Hairer,
    !! S.P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, Sect. II.4, and vol. II,
@@ -85,6 +87,9 @@ contains
       if (.not. (options%rtol > 0.0_wp .and. options%rtol < 1.0_wp)) &
          call raise(error, 'integration options', 'rtol = '//to_text(options%rtol)//' is not between 0 and 1', &
                     'give a relative tolerance such as 1e-6')
+      if (options%rtol > 0.0_wp .and. options%rtol < least_rtol) &
+         call raise(error, 'integration options', 'rtol = '//to_text(options%rtol)//' is below the round-off of double precision', &
+                    'give '//to_text(least_rtol)//' or more')
       if (.not. options%atol > 0.0_wp) &
          call raise(error, 'integration options', 'atol = '//to_text(options%atol)//' is not positive', &
                     'give an absolute tolerance such as 1e-9')

@@ -25,6 +25,10 @@ module taut_constrained_system_tables
       integer :: n_outputs = 0
       !> Functions of the state whose sign changes are events.
       integer :: n_events = 0
+      !> Of each of them: 1 for sign changes upward, -1 downward, 0 both; not allocated: both. Whether an integration stops there; not
+      !! allocated: nowhere. (n_events)
+      integer, allocatable :: event_direction(:)
+      logical, allocatable :: event_terminal(:)
    contains
       procedure :: x_name => numbered_x
       procedure :: v_name => numbered_v
