@@ -158,7 +158,7 @@ contains
       real(wp), intent(inout), contiguous :: y(:)
       !> 0, or positive: the state is left as it is, try a smaller step. Without it such a state is not a number.
       integer, intent(out), optional :: info
-      logical :: here, stale
+      logical :: here, replaced, stale
       integer :: answer, i
 
       here = self%evaluated .and. .not. abs(t - self%evaluated_t) > 0.0_wp
@@ -168,6 +168,8 @@ contains
       end do
       self%evaluated = .false.
       call self%ode%project(t, y, merge(evaluated_step_end, step_end, here), stale, answer)
+      ! The rank is looked at where steps end.
+      if (answer == rhs_ok) call self%ode%accepted(t, y, replaced)
       call tell(answer, y, info)
    end subroutine project
 
