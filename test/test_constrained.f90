@@ -95,8 +95,8 @@ contains
    !> r = cosh(rate t); the wire pushes with 2 m rate rdot.
    subroutine bead_on_wire(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(len=24), parameter :: names(6) = [character(len=24) :: 'present', 'baseline', 'baumgarte', 'braun-goldfarb', &
-                                                  'yu-chen', 'coordinate-projection']
+      character(len=24), parameter :: names(7) = [character(len=24) :: 'present', 'baseline', 'baumgarte', 'braun-goldfarb', &
+                                                  'yu-chen', 'coordinate-projection', 'minimal-coordinates']
       type(particle_t) :: system
       type(method_t) :: method
       type(integration_result_t) :: result
@@ -149,8 +149,8 @@ contains
    !> x = a sin^2, y = a (rate t - sin cos) with a = g/(2 rate^2): a cycloid, though gravity points along x.
    subroutine knife_edge(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(len=24), parameter :: names(5) = [character(len=24) :: 'present', 'baseline', 'baumgarte', 'braun-goldfarb', &
-                                                  'coordinate-projection']
+      character(len=24), parameter :: names(6) = [character(len=24) :: 'present', 'baseline', 'baumgarte', 'braun-goldfarb', &
+                                                  'coordinate-projection', 'minimal-coordinates']
       type(method_t) :: method
       type(integration_result_t) :: result
       class(constrained_ode_t), allocatable :: ode
@@ -202,8 +202,8 @@ contains
    !> A compound pendulum swings like a simple one of length (I + m arm^2)/(m arm).
    subroutine compound_pendulum(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(len=24), parameter :: names(4) = [character(len=24) :: 'present', 'baseline', 'braun-goldfarb', &
-                                                  'coordinate-projection']
+      character(len=24), parameter :: names(5) = [character(len=24) :: 'present', 'baseline', 'braun-goldfarb', &
+                                                  'coordinate-projection', 'minimal-coordinates']
       type(compound_t) :: system
       type(method_t) :: method
       type(integration_result_t) :: result

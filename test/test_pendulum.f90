@@ -263,8 +263,8 @@ contains
 
    subroutine all_methods(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(len=24), parameter :: names(6) = [character(len=24) :: 'baseline', 'baumgarte', 'braun-goldfarb', 'yu-chen', &
-                                                  'coordinate-projection', 'penalty']
+      character(len=24), parameter :: names(7) = [character(len=24) :: 'baseline', 'baumgarte', 'braun-goldfarb', 'yu-chen', &
+                                                  'coordinate-projection', 'penalty', 'minimal-coordinates']
       type(integration_options_t) :: options
       type(integration_result_t) :: result
       type(method_t) :: method

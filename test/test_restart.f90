@@ -147,6 +147,10 @@ contains
       call compare('stages without projection', model, at, 1.0_wp, method, options, failure)
       method = method_t(state_projection='none', form='force', weight='mass', solver='factor')
       call compare('other options', model, at, 1.0_wp, method, options, failure)
+      method = method_t(name='minimal-coordinates', independent='partitioning')
+      call compare('partitioning', model, at, 2.0_wp, method, options, failure)
+      method = method_t(name='minimal-coordinates', stage_projection='none', state_projection='none')
+      call compare('positions that drift', model, at, 1.0_wp, method, options, failure)
    end subroutine every_method
 
    subroutine every_control(failure)

@@ -26,6 +26,7 @@ program tester
    use test_projection_matrices, only: collect_projection_matrices
    use test_settings, only: collect_settings
    use test_structure, only: collect_structure
+   use test_methods, only: collect_methods
    use test_mechanism, only: collect_mechanism
    use test_mechanism_case, only: collect_mechanism_case
    use test_modal_body, only: collect_modal_body
@@ -74,6 +75,7 @@ program tester
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('problem', collect_problem(), trim(only), outcome)
    call run_suite('history', collect_history(), trim(only), outcome)
+   call run_suite('methods', collect_methods(), trim(only), outcome)
    call run_suite('jet', collect_jet(), trim(only), outcome)
    call run_suite('automatic', collect_automatic(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)

@@ -153,13 +153,17 @@ contains
          call entries%option('label', self%label, 'name of its file of results; without: that of the method')
          call entries%item('weight', m%weight, 'W of Eqs (11a), (17); "given": the system''s own', &
                            [character(len=8) :: 'identity', 'mass', 'given'])
-         call entries%item('stage_projection', m%stage_projection, 'present: whether x is projected before every right-hand side', &
+         call entries%item('stage_projection', m%stage_projection, &
+                           'present, minimal-coordinates: whether x is projected before every right-hand side', &
                            [character(len=6) :: 'newton', 'none'])
          call entries%item('state_projection', m%state_projection, 'present: what is projected after each step; '// &
-                           'generalized-alpha: "position" is index 3', &
+                           'minimal-coordinates: whether x is; generalized-alpha: "position" is index 3', &
                            [character(len=17) :: 'none', 'position', 'position-velocity'])
          call entries%item('form', m%form, 'present: what is corrected, Sect. 3.5 (h) or (g)', &
                            [character(len=12) :: 'acceleration', 'force'])
+         call entries%item('independent', m%independent, 'minimal-coordinates: independent velocities along a basis of the '// &
+                           'null space of A or single ones, chosen anew where they no longer fit; "constant": never', &
+                           [character(len=12) :: 'null-space', 'partitioning', 'constant'])
          call entries%item('solver', m%solver, 'how the system of the multipliers is solved', solver_names)
          call entries%item('rcond', m%rcond, '', 'relative size of a singular value that counts as zero; 0: the solver''s own', &
                            least=0.0_wp, most=1.0_wp)

@@ -36,6 +36,7 @@ module taut_constrained_mass
       procedure :: reduce
       procedure :: look
       procedure :: accelerate
+      procedure :: multiply
       procedure :: correct_acceleration
       procedure :: correct_force
       procedure :: least_norm
@@ -146,6 +147,24 @@ contains
          call self%m%solve_vector(f, a)
       end if
    end subroutine accelerate
+
+   !> f = M a: the forces that accelerations take.
+   subroutine multiply(self, projector, a, f)
+      !> The mass matrix.
+      class(mass_t), intent(in) :: self
+      !> The projector, for W = M.
+      type(projector_t), intent(in) :: projector
+      !> Accelerations: (n).
+      real(wp), intent(in), contiguous :: a(:)
+      !> Forces: (n).
+      real(wp), intent(out), contiguous :: f(:)
+
+      if (self%is_weight) then
+         call projector%w%multiply(a, f)
+      else
+         call self%m%multiply(a, f)
+      end if
+   end subroutine multiply
 
    !> lambda = M~ (A a - b''), Eq. (14b), and a := a - M^-1 A^T lambda, Eq. (11b) and Sect. 3.5 (h).
    subroutine correct_acceleration(self, projector, b_second, a, lambda)

@@ -8,8 +8,8 @@
 !!   coordinates are normalized and nothing else;
 !! - the layout of its state, `size`, `pack` and `unpack`, with `accelerations` to read a derivative. By default y = {x; v; w};
 !! - what velocities do where a drive begins to move at once, `cross`. By default there is a blow;
-!! - what happens when a step is accepted, `accepted`: it may go on in other coordinates. By default nothing;
-!! - what it remembers from one step to the next, `serialize`;
+!! - what happens when a step is accepted, `accepted`: it may go on in other coordinates, and say so, `own_remark`. By default nothing;
+!! - what it remembers from one step to the next, `serialize_own`;
 !! - the multipliers of its last evaluation, `multipliers`;
 !! - which steppers can carry it: explicit ones, if it has a right-hand side; implicit ones, if it answers `linearize`,
 !!   `factorize` and `solve`. What it does not offer it answers with `rhs_cannot`.
@@ -18,10 +18,6 @@
 !!
 !! Methods that are not here were laid out on this type before it was written:
 !!
-!! - Minimal coordinates, Eq. (3): y = {x; nu; w} with v = A^+ b' + N nu, N a basis of the null space of A that stays between
-!!   two accepted steps. `unpack` projects x and gives v; `rhs` solves N^T M N nudot = N^T (f - M (A^+ b'' + ...)) and keeps vdot
-!!   for `accelerations`. nu has room for n entries, so that a change of the rank changes no size. Where the pivots ask for
-!!   another N, `accepted` chooses it, replaces nu by N^T v and says so; `serialize` remembers it.
 !! - Dummy derivatives (Mattsson and Soderlind): y = {x; v; w}, of which only the independent entries are integrated;
 !!   `unpack` solves phi = 0 and A v = b' for the others from where they are, `filter_error` takes them off the error. Which are
 !!   independent the pivots of A decide in `accepted`; y stays as it is.
@@ -29,7 +25,7 @@
 !!   y = {x; v; w; mu; lambda}: `size`, `pack` and `unpack` have the multipliers, `multipliers` reads them, `factorize` and `solve`
 !!   are those of the saddle point with zeros in the place of the multipliers' rates, and `rhs` is left to `rhs_cannot`.
 !! - Augmented Lagrangian (Bayo): `rhs` iterates M vdot + A^T lambda = f from the multipliers of the last accepted step, which
-!!   `accepted` keeps and `serialize` remembers.
+!!   `accepted` keeps and `serialize_own` remembers.
 !!
 !! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
 !! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
@@ -120,9 +116,13 @@ module taut_constrained_method
       procedure :: breakpoints
       procedure :: failure
       procedure :: remark
+      procedure :: own_remark => nothing_to_say
+      procedure :: own_failure => nothing_to_say
       procedure :: entry_name
+      procedure :: recount
       procedure :: sample
       procedure :: serialize
+      procedure :: serialize_own => nothing_to_serialize
       procedure, non_overridable :: is_at
       procedure, non_overridable :: find_violations
       procedure, non_overridable :: remember
@@ -392,6 +392,7 @@ contains
       if (allocated(self%blow%why)) text = self%blow%why
       if (len(text) == 0) call self%mass%explain(text)
       if (len(text) == 0) call self%projector%explain(text)
+      if (len(text) == 0) call self%own_failure(text)
    end subroutine failure
 
    !> What is to be said of the motion so far that is no error: drives that begin or stop at once strike blows.
@@ -400,12 +401,16 @@ contains
       class(constrained_ode_t), intent(in) :: self
       !> One line without commas; empty if there is nothing.
       character(:), allocatable, intent(out) :: text
+      character(:), allocatable :: own
 
       text = ''
       if (self%blows > 0) &
          text = to_text(self%blows)//' '//trim(merge('blow ', 'blows', self%blows == 1))// &
                 ' of drives that begin or stop at once: '//trim(merge('gained', 'lost  ', self%energy_of_blows > 0.0_wp))//' '// &
                 to_text(abs(self%energy_of_blows))//' J'
+      call self%own_remark(own)
+      if (len(text) > 0 .and. len(own) > 0) text = text//'; '
+      text = text//own
    end subroutine remark
 
    !> What an entry of the last derivative is: of an acceleration, the force if that is not a number already.
@@ -447,6 +452,34 @@ contains
       end function velocity_name
 
    end subroutine entry_name
+
+   !> Tells the iterations of the projection, or takes their count back.
+   subroutine recount(self, count, back)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Iterations of Eq. (17).
+      integer, intent(inout) :: count
+      !> Whether it is taken back; otherwise it is told.
+      logical, intent(in) :: back
+
+      if (back) then
+         self%projector%iterations = count
+      else
+         count = self%projector%iterations
+      end if
+   end subroutine recount
+
+   !> What only the method knows of a failure, or of a run: the default has nothing to say.
+   subroutine nothing_to_say(self, text)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> One line without commas, may be empty.
+      character(:), allocatable, intent(out) :: text
+
+      text = ''
+      associate (unused_formulation => self)
+      end associate
+   end subroutine nothing_to_say
 
    !> By how much the last projection of positions has moved them after its first correction.
    subroutine later_corrections(self, d, bends)
@@ -542,6 +575,18 @@ contains
       call archive%item('blows', self%blows)
       call archive%item('energy of blows', self%energy_of_blows)
       call self%projector%serialize(archive)
+      call self%serialize_own(archive)
    end subroutine serialize
+
+   !> The same of what only the method knows of; the default has nothing.
+   subroutine nothing_to_serialize(self, archive)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      associate (unused_formulation => self, unused_archive => archive)
+      end associate
+   end subroutine nothing_to_serialize
 
 end module taut_constrained_method

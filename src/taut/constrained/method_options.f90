@@ -8,9 +8,9 @@ module taut_constrained_method_options
    public :: method_t, method_names
 
    !> All methods.
-   character(len=21), parameter :: method_names(8) = [character(len=21) :: 'baseline', 'present', 'baumgarte', &
+   character(len=21), parameter :: method_names(9) = [character(len=21) :: 'baseline', 'present', 'baumgarte', &
                                                       'braun-goldfarb', 'yu-chen', 'coordinate-projection', 'penalty', &
-                                                      'unconstrained']
+                                                      'unconstrained', 'minimal-coordinates']
 
    !> A method and its options. Texts may be padded with blanks.
    type :: method_t
@@ -20,18 +20,21 @@ module taut_constrained_method_options
       !! `correction_tolerance`. `coordinate-projection`: Eq. (8), both levels projected after each step (Eich).
       !! `penalty`: no multipliers, f - A^T (stiffness phi + damping (A v - b')).
       !! `unconstrained`: M vdot = f, from the initial state as given; the constraints are evaluated and not enforced, and
-      !! the system is told so (its procedure `enforce`).
+      !! the system is told so (its procedure `enforce`). `minimal-coordinates`: Eq. (3), in velocities that are `independent`.
       character(len=32) :: name = 'present'
       !> W of Eqs (11a), (16), (17): `identity`, `mass` (W = M) or `given` (the system's own procedure `weight`).
       character(len=16) :: weight = 'identity'
-      !> `present`: `newton` projects x before each right-hand side is evaluated (Sect. 3.5 a); `none` evaluates A at
+      !> `present`, `minimal-coordinates`: `newton` projects x before each right-hand side is evaluated (Sect. 3.5 a); `none` evaluates A at
       !! the stage's own x.
       character(len=16) :: stage_projection = 'newton'
       !> `present`: what of the state is replaced at the end of each accepted step: `none`, `position` or
-      !! `position-velocity`.
+      !! `position-velocity`. `minimal-coordinates`: with `none`, positions are the integrals of the velocities and drift.
       character(len=24) :: state_projection = 'position-velocity'
       !> `present`: constraints corrected in `acceleration` form, Sect. 3.5 (h), or in `force` form, (g) and Eq. (19b).
       character(len=16) :: form = 'acceleration'
+      !> `minimal-coordinates`: velocities along an orthonormal basis of the `null-space` of A, chosen anew where it no longer
+      !! fits; or single ones by `partitioning`, switched where their pivots ask for others; or a basis that stays `constant`.
+      character(len=16) :: independent = 'null-space'
       !> What is done with S = A M^-1 A^T. `auto`: of a system that states the pattern of A, `banded` or `sparse` where that
       !! pays; else Cholesky with pivoting, `pivoted-cholesky`. `dgelsd`: singular values. `banded`, `sparse`: L D L^T in an
       !! ordering with a small bandwidth or with little fill. `factor`: DGELSD on A L^-T with M = L L^T, which does not square the
@@ -78,6 +81,7 @@ contains
       call one_of('stage_projection', self%stage_projection, [character(len=24) :: 'newton', 'none'])
       call one_of('state_projection', self%state_projection, [character(len=24) :: 'none', 'position', 'position-velocity'])
       call one_of('form', self%form, [character(len=24) :: 'acceleration', 'force'])
+      call one_of('independent', self%independent, [character(len=24) :: 'null-space', 'partitioning', 'constant'])
       call one_of('solver', self%solver, solver_names)
       if (.not. (self%rcond >= 0.0_wp .and. self%rcond < 1.0_wp)) &
          call raise(error, here, 'rcond = '//to_text(self%rcond)//' is not between 0 and 1', 'give 0 for the default')

@@ -112,6 +112,8 @@ module taut_constrained_projection
       procedure :: kept_rows
       procedure :: divide_by_weight
       procedure :: meet_holonomic
+      procedure :: meet
+      procedure :: balance
    end type projector_t
 
 contains
@@ -768,6 +770,34 @@ contains
          call self%onto_holonomic%project(self%a, b(:size(self%phi)), u, self%r(:size(self%phi)), mu(:size(self%phi)))
       end if
    end subroutine meet_holonomic
+
+   !> u := u - W^-1 A^T S^+ (A u - b), after `linearize`: with u = 0, A^+ b.
+   subroutine meet(self, b, u)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> What A u shall be: (c).
+      real(wp), intent(in), contiguous :: b(:)
+      !> A vector, replaced: (n).
+      real(wp), intent(inout), contiguous :: u(:)
+
+      if (size(b) > 0) call self%onto%project(self%a, b, u, self%r, self%normal)
+   end subroutine meet
+
+   !> Multipliers with A^T lambda = f for a force in the range of A^T, of least norm, after `linearize`.
+   subroutine balance(self, f, lambda)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The force, lost: (n).
+      real(wp), intent(inout), contiguous :: f(:)
+      !> Multipliers: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
+
+      if (size(lambda) == 0) return
+      call self%divide_by_weight(f)
+      call self%a%multiply(f, self%r)
+      call self%onto%multipliers(self%r, lambda)
+      call self%onto%minimum_norm(lambda)
+   end subroutine balance
 
    !> By how much the last `position` has moved x after its first correction.
    pure subroutine later_corrections(self, at, d, bends)

@@ -103,13 +103,18 @@ contains
       complex(wp), intent(in) :: nu(:)
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
+      integer :: counted
 
       info = rhs_ok
+      counted = 0
+      call ode%recount(counted, back=.false.)
       if (self%has_jacobian) then
          call linearize_again(self, ode, info)
          if (info == rhs_ok .and. abs(self%h_factors) > 0.0_wp) call factors(self, ode, self%h_factors, nu, info)
       end if
+      ! This work was counted before.
       self%equations%evaluations = 0
+      call ode%recount(counted, back=.true.)
    end subroutine restore
 
    !> A new Jacobian, at a state that the step passes through.

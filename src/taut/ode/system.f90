@@ -62,6 +62,7 @@ module taut_ode_system
       procedure :: breakpoints => no_breakpoints
       procedure :: failure => no_failure
       procedure :: entry_name => numbered_entry
+      procedure :: recount => nothing_counted
       procedure :: serialize => nothing_to_serialize
    end type ode_system_t
 
@@ -392,6 +393,20 @@ contains
       associate (unused_system => self)
       end associate
    end subroutine numbered_entry
+
+   !> Tells what a system has counted of its own work, or takes that count back: what an integrator does again behind a restart
+   !! was counted before. The default counts nothing.
+   subroutine nothing_counted(self, count, back)
+      !> The system.
+      class(ode_system_t), intent(inout) :: self
+      !> The count.
+      integer, intent(inout) :: count
+      !> Whether it is taken back; otherwise it is told.
+      logical, intent(in) :: back
+
+      associate (unused_system => self, unused_count => count, unused_direction => back)
+      end associate
+   end subroutine nothing_counted
 
    !> What the last answer other than `rhs_ok` was about, in words.
    subroutine no_failure(self, text)

@@ -6,6 +6,7 @@ module taut_constrained_method_choose
    use taut_constrained_method_baumgarte, only: baumgarte_t
    use taut_constrained_method_braun_goldfarb, only: braun_goldfarb_t
    use taut_constrained_method_coordinate_projection, only: coordinate_projection_t
+   use taut_constrained_method_minimal_coordinates, only: minimal_coordinates_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_method_penalty, only: penalty_t
    use taut_constrained_method_present, only: present_t
@@ -62,6 +63,7 @@ contains
       case ('coordinate-projection'); allocate (coordinate_projection_t :: ode)
       case ('penalty'); allocate (penalty_t :: ode)
       case ('unconstrained'); allocate (unconstrained_t :: ode)
+      case ('minimal-coordinates'); allocate (minimal_coordinates_t :: ode)
       case default
          call raise(error, method%place(), 'no method stands behind this name', 'use another one')
          return
