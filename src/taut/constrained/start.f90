@@ -52,7 +52,7 @@ contains
       !> Velocities that keep what they were given, and with them coordinates: (n). Default: none.
       logical, intent(in), optional :: held(:)
       type(blow_t) :: blow
-      type(projector_t) :: projector
+      type(projector_t) :: projector, released
       type(method_t) :: patient
       real(wp), allocatable :: x(:), v(:)
       character(:), allocatable :: why
@@ -105,6 +105,12 @@ contains
          return
       end if
       report%rank = projector%onto%rank
+      if (present(held)) then
+         ! What is held is free again when the motion begins.
+         call released%init(model, patient)
+         call released%linearize(model, at, info, 0.0_wp)
+         report%rank = released%onto%rank
+      end if
       report%freedoms = model%n - report%rank
       call projector%velocity_violation(model, at)
       report%phidot_given = projector%phidot_raw

@@ -2,12 +2,9 @@
 module taut_model_mechanism_assembly
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
-   use taut_constrained_blow, only: blow_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: state_t
-   use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_null_space, only: null_space
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: body_planar, body_spatial, entry_of_velocity, pose_t, turned, turned_back, &
                                         velocities_of_kind
@@ -188,7 +185,7 @@ contains
       end do
    end subroutine turn_rows
 
-   !> One go: what is held stays, and then everything is brought to the joints, as at any start.
+   !> One go: to the joints, as at any start.
    subroutine bring(model, method, at, report, error, held)
       type(mechanism_t), intent(in) :: model
       type(method_t), intent(in) :: method
@@ -196,71 +193,13 @@ contains
       type(start_report_t), intent(out) :: report
       type(error_t), allocatable, intent(inout) :: error
       logical, intent(in), optional :: held(:)
-      real(wp) :: gained
 
-      gained = 0.0_wp
-      if (present(held)) then
-         if (any(held)) call assemble_holding(model, method, held, at, gained, error)
-         if (allocated(error)) return
-      end if
-      call consistent_start(model, method, at, report, error)
-      report%energy_gained = report%energy_gained + gained
-      if (allocated(error)) error%what = 'the mechanism cannot be assembled ('//error%what//')'
+      call consistent_start(model, method, at, report, error, held)
+      if (.not. allocated(error)) return
+      error%what = 'the mechanism cannot be assembled ('//error%what//')'
+      if (.not. present(held)) return
+      if (any(held)) error%remedy = 'hold less (what is held keeps its velocity too), or start closer'
    end subroutine bring
-
-   !> Brings positions, mass-weighted, and velocities, by a blow, to the constraints, moving only what is not held.
-   subroutine assemble_holding(model, method, held, at, gained, error)
-      !> The mechanism.
-      type(mechanism_t), intent(in) :: model
-      !> Solver, and its cut-off.
-      type(method_t), intent(in) :: method
-      !> Velocities that are kept: (n).
-      logical, intent(in) :: held(:)
-      !> The start; replaced.
-      type(state_t), intent(inout) :: at
-      !> Kinetic energy that the velocities have gained [J].
-      real(wp), intent(out) :: gained
-      !> It cannot be assembled so.
-      type(error_t), allocatable, intent(inout) :: error
-      integer, parameter :: most_iterations = 100
-      type(block_diagonal_t) :: m
-      type(blow_t) :: blow
-      real(wp), allocatable :: a(:, :), a_plus(:, :), b(:), d(:), full(:, :), phi(:), root(:), z(:, :)
-      integer, allocatable :: free(:)
-      integer :: i, info, iteration, rank
-
-      gained = 0.0_wp
-      if (model%c == 0) return
-      free = pack([(i, i=1, model%n)], .not. held)
-      call m%init(model%mass_blocks)
-      call model%mass(at, m)
-      full = m%dense()
-      root = [(1.0_wp/sqrt(full(free(i), free(i))), i=1, size(free))]
-      allocate (a(model%c, model%n), b(model%c), d(model%n), phi(model%n_phi), source=0.0_wp)
-      do iteration = 1, most_iterations
-         call model%constraint(at, phi)
-         call model%jacobian(at, a)
-         if (size(free) > 0) call null_space(a(:, free)*spread(root, 1, model%c), z, a_plus, rank, info)
-         if (maxval(abs([0.0_wp, phi])) <= 1.0e-13_wp .or. size(free) == 0 .or. model%n_phi == 0) exit
-         d(free) = -root*matmul(a_plus(:, :model%n_phi), phi)
-         ! No more than half a radian, or half a metre, at once.
-         d = d/max(1.0_wp, 2.0_wp*maxval(abs(d)))
-         call model%displace(d, at%x)
-         call model%normalize(at%x)
-         if (maxval(abs(d)) <= 1.0e-15_wp*max(1.0_wp, maxval(abs(at%x)))) exit
-      end do
-      if (maxval(abs([0.0_wp, phi])) > 1.0e-9_wp) then
-         call raise(error, here, 'it cannot be assembled with what is held', 'hold less, or start closer')
-         return
-      end if
-      call blow%strike(model, method, at, info, held)
-      gained = blow%energy
-      call model%jacobian(at, a)
-      call model%velocity_rhs(at, b)
-      if (maxval(abs(b - matmul(a, at%v))) > 1.0e-8_wp*max(1.0_wp, maxval(abs(at%v)))) &
-         call raise(error, here, 'the velocities that are held do not fit the joints', &
-                    'hold less (what is held keeps its velocity too), or start with velocities that fit')
-   end subroutine assemble_holding
 
    !> The joints, with their drives, whose velocity constraints contradict one another or what is held.
    subroutine contradicting_velocities(model, at, names, first, violation)
