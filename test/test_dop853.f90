@@ -47,14 +47,15 @@ contains
                new_test('nothing is allocated inside a step', nothing_allocated)]
    end function collect_dop853
 
-   subroutine abscissa(self, t, y, g)
+   subroutine abscissa(self, ode, t, y, g)
       class(lowest_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: t
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(out) :: g(:)
 
       g = y(1)
-      associate (unused_events => self, unused_time => t)
+      associate (unused_events => self, unused_time => t, unused_ode => ode)
       end associate
    end subroutine abscissa
 

@@ -104,14 +104,15 @@ contains
       if (self%kind == jump) times = [5.0_wp, self%t_jump, -1.0_wp, self%t_jump]
    end function breakpoints
 
-   subroutine evaluate(self, t, y, g)
+   subroutine evaluate(self, ode, t, y, g)
       class(crossings_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: t
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(out) :: g(:)
 
       g = y(1:2)
-      associate (unused_events => self, unused_time => t)
+      associate (unused_events => self, unused_time => t, unused_ode => ode)
       end associate
    end subroutine evaluate
 

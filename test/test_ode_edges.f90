@@ -62,14 +62,15 @@ contains
                new_test('a mass matrix that does not fit its blocks', mass_does_not_fit)]
    end function collect_ode_edges
 
-   subroutine evaluate(self, t, y, g)
+   subroutine evaluate(self, ode, t, y, g)
       class(lowest_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: t
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(out) :: g(:)
 
       g(1) = self%unit*y(1)
-      associate (unused_time => t)
+      associate (unused_time => t, unused_ode => ode)
       end associate
    end subroutine evaluate
 
@@ -84,14 +85,15 @@ contains
       at%v = [0.0_wp, 0.0_wp]
    end subroutine horizontal
 
-   subroutine far_value(self, t, y, g)
+   subroutine far_value(self, ode, t, y, g)
       class(crossing_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: t
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(out) :: g(:)
 
       g(1) = y(1) - 10.0_wp
-      associate (unused_events => self, unused_time => t)
+      associate (unused_events => self, unused_time => t, unused_ode => ode)
       end associate
    end subroutine far_value
 

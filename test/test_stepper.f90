@@ -587,14 +587,15 @@ contains
       end associate
    end subroutine circle_accepted
 
-   subroutine circle_axes(self, t, y, g)
+   subroutine circle_axes(self, ode, t, y, g)
       class(axes_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: t
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(out) :: g(:)
 
       g = circle_point(y)
-      associate (unused_events => self, unused_time => t)
+      associate (unused_events => self, unused_time => t, unused_ode => ode)
       end associate
    end subroutine circle_axes
 

@@ -30,6 +30,7 @@ program tester
    use test_mechanism, only: collect_mechanism
    use test_mechanism_case, only: collect_mechanism_case
    use test_modal_body, only: collect_modal_body
+   use test_model_events, only: collect_model_events
    use test_radau, only: collect_radau
    use test_read_mechanism, only: collect_read_mechanism
    use test_restart, only: collect_restart
@@ -80,6 +81,7 @@ program tester
    call run_suite('automatic', collect_automatic(), trim(only), outcome)
    call run_suite('allocation', collect_allocation(), trim(only), outcome)
    call run_suite('modal body', collect_modal_body(), trim(only), outcome)
+   call run_suite('model events', collect_model_events(), trim(only), outcome)
    call run_suite('radau', collect_radau(), trim(only), outcome)
    call run_suite('generalized-alpha', collect_generalized_alpha(), trim(only), outcome)
    call run_suite('builder', collect_builder(), trim(only), outcome)

@@ -13,6 +13,7 @@ module watching
 
    !> One function whose sign changes are looked for: x.
    type, extends(events_t) :: bottom_t
+      type(state_t) :: at
    contains
       procedure :: evaluate
    end type bottom_t
@@ -36,12 +37,17 @@ contains
       end select
    end subroutine observe
 
-   subroutine evaluate(self, t, y, g)
+   subroutine evaluate(self, ode, t, y, g)              ! called at every step, and inside one where a sign changes
       class(bottom_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: t
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(out) :: g(:)
-      g(:size(self%terminal)) = y(1) + 0.0_wp*t
+      select type (ode)
+      class is (constrained_ode_t)
+         call ode%unpack(t, y, self%at)                 ! each method has its own layout of y
+      end select
+      g(1) = self%at%x(1)
    end subroutine evaluate
 
 end module watching
@@ -64,6 +70,7 @@ program events
    call pendulum%start(0.0_wp, at)                      ! horizontal, at rest
    bottom%direction = [-1]                              ! only where x goes from positive to negative
    bottom%terminal = [.false.]
+   bottom%at = at                                       ! room for a state
    call simulate(pendulum, at, 2.0_wp, result, error, observer=peak, events=bottom, ode=ode, &
                  options=integration_options_t(rtol=1.0e-9_wp, output_dt=0.01_wp))
    if (allocated(error)) error stop 'it could not begin'

@@ -1,16 +1,17 @@
 !> The events that a mechanical system announces, for the integrator.
 module taut_constrained_model_events
    use taut_kinds, only: wp
+   use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_ode_event, only: events_t
+   use taut_ode_system, only: ode_system_t
    implicit none (type, external)
    private
    public :: model_events_t
 
    !> Sign changes of the system's `event_values`, in its `event_direction`; those of `event_terminal` stop the integration.
    type, extends(events_t) :: model_events_t
-      class(tabulated_system_t), allocatable, private :: model
       type(state_t), private :: at
    contains
       procedure :: init
@@ -23,11 +24,10 @@ contains
    subroutine init(self, model)
       !> The events.
       class(model_events_t), intent(out) :: self
-      !> The system; copied.
+      !> The system.
       class(tabulated_system_t), intent(in) :: model
       integer :: i
 
-      allocate (self%model, source=model)
       self%direction = [(0, i=1, model%n_events)]
       self%terminal = [(.false., i=1, model%n_events)]
       if (allocated(model%event_direction)) self%direction = model%event_direction
@@ -35,10 +35,12 @@ contains
       allocate (self%at%x(model%n_x), self%at%v(model%n), self%at%w(model%n_w), source=0.0_wp)
    end subroutine init
 
-   !> The functions at a state {x; v; w}.
-   subroutine evaluate(self, t, y, g)
+   !> The functions at a state, whose layout is the method's own.
+   subroutine evaluate(self, ode, t, y, g)
       !> The events.
       class(model_events_t), intent(inout) :: self
+      !> The formulation of the system; of anything else there are no events.
+      class(ode_system_t), intent(inout) :: ode
       !> Time [s].
       real(wp), intent(in) :: t
       !> State: (n).
@@ -46,11 +48,15 @@ contains
       !> Values: (events).
       real(wp), intent(out) :: g(:)
 
-      self%at%t = t
-      self%at%x(:) = y(:self%model%n_x)
-      self%at%v(:) = y(self%model%n_x + 1:self%model%n_x + self%model%n)
-      self%at%w(:) = y(self%model%n_x + self%model%n + 1:)
-      call self%model%event_values(self%at, g)
+      g(:) = 0.0_wp
+      select type (ode)
+      class is (constrained_ode_t)
+         call ode%unpack(t, y, self%at)
+         select type (model => ode%model)
+         class is (tabulated_system_t)
+            call model%event_values(self%at, g)
+         end select
+      end select
    end subroutine evaluate
 
 end module taut_constrained_model_events

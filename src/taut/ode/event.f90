@@ -1,6 +1,7 @@
 !> Events: sign changes of functions of time and state along a solution.
 module taut_ode_event
    use taut_kinds, only: wp
+   use taut_ode_system, only: ode_system_t
    implicit none (type, external)
    private
    public :: events_t, event_record_t, crosses
@@ -30,11 +31,13 @@ module taut_ode_event
 
    abstract interface
       !> The functions.
-      subroutine event_functions(self, t, y, g)
-         import :: events_t, wp
+      subroutine event_functions(self, ode, t, y, g)
+         import :: events_t, ode_system_t, wp
          implicit none (type, external)
          !> The events; a workspace of theirs may change.
          class(events_t), intent(inout) :: self
+         !> The system that is integrated, which knows what its state means; it may be called, the integration does not mind.
+         class(ode_system_t), intent(inout) :: ode
          !> Time [s].
          real(wp), intent(in) :: t
          !> State: (n).

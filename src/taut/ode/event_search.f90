@@ -59,9 +59,11 @@ contains
    end subroutine init
 
    !> The values from which sign changes are looked for.
-   subroutine look(self, events, t, y)
+   subroutine look(self, ode, events, t, y)
       !> The search.
       class(event_search_t), intent(inout) :: self
+      !> What is integrated.
+      class(ode_system_t), intent(inout) :: ode
       !> The functions.
       class(events_t), intent(inout) :: events
       !> Time [s].
@@ -69,7 +71,7 @@ contains
       !> State: (n).
       real(wp), intent(in), contiguous :: y(:)
 
-      call events%evaluate(t, y, self%g_old)
+      call events%evaluate(ode, t, y, self%g_old)
    end subroutine look
 
    !> Locates the sign changes within an accepted step and records them up to the first terminal one.
@@ -91,7 +93,7 @@ contains
       integer :: i, j
 
       terminal = 0
-      call events%evaluate(step%t_new, step%y_new, self%g_new)
+      call events%evaluate(ode, step%t_new, step%y_new, self%g_new)
       if (.not. any(crosses(self%g_old, self%g_new, events%direction))) then
          self%g_old(:) = self%g_new
          return
@@ -150,7 +152,7 @@ contains
                call fail(ode, info, t, result)
                return
             end if
-            call events%evaluate(t, step%y_inside, self%g_inside)
+            call events%evaluate(ode, t, step%y_inside, self%g_inside)
             g = self%g_inside(index)
             if ((g > 0.0_wp .and. ga > 0.0_wp) .or. (g < 0.0_wp .and. ga < 0.0_wp)) then
                c = a

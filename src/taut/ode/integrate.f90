@@ -122,7 +122,7 @@ contains
       end if
       if (present(events)) then
          call self%search%init(events)
-         call self%search%look(events, t, self%step%y)
+         call self%search%look(ode, events, t, self%step%y)
       end if
       if (abs(t_end - t) <= 0.0_wp) then
          if (present(observer)) call show_start(self, ode, result, observer)
@@ -330,7 +330,7 @@ contains
                   call fail(ode, self%info, step%t, result)
                   return
                end if
-               if (present(events)) call self%search%look(events, step%t, step%y)
+               if (present(events)) call self%search%look(ode, events, step%t, step%y)
             end if
             if (step%stepper%bound_by_stability) call note_once(note_bound_by_stability, step%t, result)
             call look_at_rate(self, h, result, events)
