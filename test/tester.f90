@@ -38,6 +38,7 @@ program tester
    use test_ritz, only: collect_ritz
    use test_rigid_bodies, only: collect_rigid_bodies
    use test_squeezer, only: collect_squeezer
+   use test_statics, only: collect_statics
    use test_swing, only: collect_swing
    use test_system, only: collect_system
    use test_turns, only: collect_turns
@@ -106,6 +107,7 @@ program tester
    call run_suite('beam', collect_beam(), trim(only), outcome)
    call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
    call run_suite('modes', collect_modes(), trim(only), outcome)
+   call run_suite('statics', collect_statics(), trim(only), outcome)
    call run_suite('turns', collect_turns(), trim(only), outcome)
    call run_suite('assembly', collect_assembly(), trim(only), outcome)
    call run_suite('mechanism', collect_mechanism(), trim(only), outcome)

@@ -488,6 +488,41 @@ def test_modes_of_the_shipped_case(mechanism: Path, tmp_path: Path) -> None:
     assert found == pytest.approx(exact, rel=1e-9)
 
 
+TROLLEY = """&mechanism planar = .true. /
+&gravity /
+&body name = "cart", mass = 2, inertia = 1, velocity = 0, 0 /
+&body name = "load", shape = "rod", mass = 1, from = 0, 0, to = 0.2, -1 /
+&joint name = "rail", type = "prismatic", body_2 = "cart", point = 0, 0, axis = 1, 0 /
+&joint name = "pin", type = "revolute", body_1 = "cart", body_2 = "load", point = 0, 0 /
+&damper name = "air", joint = "pin", damping = 0.01 /
+&analysis kind = "modes" /
+"""
+
+
+def test_an_equilibrium_says_how_it_lies(mechanism: Path, tmp_path: Path) -> None:
+    (tmp_path / "trolley.nml").write_text(TROLLEY)
+    done = start(mechanism, tmp_path, "trolley.nml")
+    assert (done.returncode, done.stderr) == (0, "")
+    told = done.stdout.splitlines()
+    assert any("from the start" in line and "1.97E-01 rad (load)" in line for line in told)
+    assert "  stable" in told
+    assert any("free motions" in line and line.endswith(" 1") for line in told)
+    assert any(line.endswith("0.000000 Hz, a free motion") for line in told)
+    assert any("damping ratio" in line for line in told)
+    assert "velocities of the start" not in done.stdout
+    modes = rows(tmp_path / "results/trolley/modes.csv")
+    assert [float(row["damping_ratio"]) > 0 for row in modes] == [False, True]
+
+    (tmp_path / "trolley.nml").write_text(TROLLEY.replace("velocity = 0, 0", "velocity = 1, 0"))
+    done = start(mechanism, tmp_path, "trolley.nml")
+    assert "velocities of the start, and gyroscopic forces with them, are left out" in done.stdout
+
+    upright = TROLLEY.replace("to = 0.2, -1", "to = 0.2, 1").replace("modes", "equilibrium")
+    (tmp_path / "trolley.nml").write_text(upright)
+    done = start(mechanism, tmp_path, "trolley.nml")
+    assert any(line.startswith("  unstable: ") for line in done.stdout.splitlines())
+
+
 # Chaotic: what is not the same to the last bit soon differs in the first digit.
 LONG = """&integration t_end = 3.0, rtol = 1e-9, atol = 1e-9, max_step = 2e-4 /
 &output dt = 2e-3 /

@@ -144,6 +144,7 @@ contains
       call locate(file, 'modes', error)
       if (allocated(error)) return
       problem%number = modes%number
+      options%damped = .false.
       call eigenmodes(problem%beam, problem%beam%reference_state(), problem%modes, error, options)
       if (allocated(error)) error%where = file%path//': '//error%where
    end subroutine read_beam_modes

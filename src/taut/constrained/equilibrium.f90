@@ -1,16 +1,20 @@
 !> Static equilibrium of any constrained system: f(x, 0, t) - A^T lambda = 0 and phi = 0, by Newton's iteration.
 !!
 !! Each iteration solves the linearized problem in the null space of A, so that redundant constraints need no care: their
-!! multipliers are those of minimum norm, as everywhere in taut. Dimensions are small; nothing is sparse.
+!! multipliers are those of minimum norm, as everywhere in taut. Motions that nothing resists and nothing loads, such as that of a
+!! trolley on its rail, are left where they are. Dimensions are small; nothing is sparse.
+!!
+!! The equilibrium that is found belongs to the start: what is out of balance there is taken away step by step, and no step goes
+!! far.
 module taut_constrained_equilibrium
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: mechanical_system_t, state_t
-   use taut_constrained_tangent, only: free_velocities, ready, tangent
-   use taut_linalg_lapack, only: dgecon, dgetrf, dgetrs
+   use taut_constrained_resistance, only: solve_doubtful, solve_regular, stiffness_t
+   use taut_constrained_system_tables, only: tabulated_system_t
+   use taut_constrained_tangent, only: free_velocities, ready, tangent, tangent_errors
    use taut_linalg_null_space, only: null_space
-   use taut_linalg_pseudo_inverse, only: singular_value_inverse_t
    implicit none (type, external)
    private
    public :: equilibrium, equilibrium_options_t, equilibrium_result_t
@@ -26,12 +30,15 @@ module taut_constrained_equilibrium
       !> Where `time` ends [s].
       real(wp) :: t_end = 0.0_wp
       !> Converged when no displacement of an iteration and no entry of phi exceeds this, relative to the largest
-      !! coordinate (at least 1).
+      !! coordinate (at least 1), or when nothing but round-off is left of the forces.
       real(wp) :: tolerance = 1.0e-10_wp
       !> Iterations of a step.
       integer :: max_iterations = 25
       !> How often a step may be halved.
       integer :: max_halvings = 12
+      !> How far a step may go along each velocity: (n) [m, rad]; what goes farther is halved. Default: the largest coordinate where
+      !! the step begins, at least 1.
+      real(wp), allocatable :: reach(:)
       !> Velocities along which nothing moves and whose equations are left out; none by default.
       integer, allocatable :: blocked(:)
       !> Relative step of the differences; 0 for the default.
@@ -44,17 +51,20 @@ module taut_constrained_equilibrium
       real(wp), allocatable :: lambda(:)
       !> Load steps and iterations, those of halved steps included.
       integer :: steps = 0, iterations = 0
-      !> Rank of the constraints at the end.
-      integer :: rank = 0
+      !> Rank of the constraints at the end, and motions that nothing resists.
+      integer :: rank = 0, free_motions = 0
       !> Largest entry of f - A^T lambda and of phi that is left.
       real(wp) :: force_left = 0.0_wp, phi_left = 0.0_wp
+      !> The velocity with the largest part in a motion that is loaded, though nothing resists it.
+      integer, private :: loaded = 0
    end type equilibrium_result_t
 
    !> Why a step failed.
-   integer, parameter :: converged = 0, not_converged = 1, not_finite = 2, inconsistent = 3, mechanism = 4, failed = 5
+   integer, parameter :: converged = 0, not_converged = 1, not_finite = 2, inconsistent = 3, mechanism = 4, failed = 5, far = 6, &
+                         stuck = 7
    character(*), parameter :: here = 'equilibrium'
-   !> Reciprocal condition number below which the tangent counts as singular. Slender beams have 1e-12 and less.
-   real(wp), parameter :: singular = 1.0e-15_wp
+   !> Forces of this size in parts of what they are the sum of are round-off.
+   real(wp), parameter :: round_off = 100.0_wp*epsilon(1.0_wp)
 
 contains
 
@@ -105,8 +115,8 @@ contains
             at = last
             halvings = halvings + 1
             part = 0.5_wp*part
-            if (halvings > chosen%max_halvings .or. outcome == inconsistent) then
-               call explain(outcome, reached, error)
+            if (halvings > chosen%max_halvings .or. any(outcome == [inconsistent, stuck])) then
+               call explain(model, outcome, reached, result, error)
                return
             end if
          end if
@@ -127,7 +137,7 @@ contains
          call model%constraint(at, phi_start)
          call model%jacobian(at, a)
          if (.not. (all(ieee_is_finite(f_start)) .and. all(ieee_is_finite(phi_start)) .and. all(ieee_is_finite(a)))) then
-            call explain(not_finite, 0.0_wp, error)
+            call explain(model, not_finite, 0.0_wp, result, error)
             return
          end if
          if (model%c == 0) return
@@ -146,14 +156,18 @@ contains
       type(state_t), intent(inout) :: at
       type(equilibrium_result_t), intent(inout) :: result
       integer, intent(out) :: outcome
-      real(wp) :: a(model%c, model%n), d(model%n), f(model%n), phi(model%c), k(size(free), size(free))
+      real(wp) :: a(model%c, model%n), d(model%n), f(model%n), moved(model%n), phi(model%c), k(size(free), size(free))
+      real(wp) :: uncertain(model%n)
       real(wp), allocatable :: a_plus(:, :), y(:), z(:, :)
-      real(wp) :: allowed, normal(size(free))
+      real(wp) :: allowed, extent, normal(size(free))
       integer :: info, iteration
+      logical :: balanced
 
       outcome = failed
       if (options%parameter == 'time') at%t = t_start + parameter*(options%t_end - t_start)
       d = 0.0_wp
+      moved = 0.0_wp
+      extent = max(1.0_wp, maxval(abs(at%x)))
       do iteration = 0, options%max_iterations
          call model%force(at, f)
          call model%jacobian(at, a)
@@ -169,13 +183,17 @@ contains
          call null_space(a(:, free), z, a_plus, result%rank, info)
          if (info /= 0) return
          result%lambda = matmul(f(free), a_plus)
+         ! Where a sum cancels, round-off; and of what was taken away at the start, directions turn.
+         uncertain = round_off*(abs(f) + matmul(abs(result%lambda), abs(a)))
          f = f - matmul(result%lambda, a)
+         balanced = all(abs(matmul(f(free), z)) <= matmul(uncertain(free), abs(z)))
+         uncertain = uncertain + (1.0_wp - parameter)*abs(f_start)
          result%force_left = maxval(abs(f(free)))
          result%phi_left = 0.0_wp
          if (model%c > 0) result%phi_left = maxval(abs(phi))
          allowed = options%tolerance*max(1.0_wp, maxval(abs(at%x)))
-         if (iteration > 0 .and. maxval(abs(d)) <= allowed .and. result%phi_left <= allowed) then
-            outcome = converged
+         if (iteration > 0 .and. (balanced .or. maxval(abs(d)) <= allowed) .and. result%phi_left <= allowed) then
+            outcome = merge(converged, far, within_reach())
             return
          end if
          if (iteration == options%max_iterations) exit
@@ -194,62 +212,57 @@ contains
             end if
          end if
          y = matmul(transpose(z), f(free) - matmul(k, normal))
-         call solve(matmul(transpose(z), matmul(k, z)), y, outcome)
+         call solve(y, outcome)
          if (outcome /= converged) return
          d = 0.0_wp
          d(free) = normal + matmul(z, y)
          if (.not. all(ieee_is_finite(d)) .or. maxval(abs(d)) > 1.0e3_wp*max(1.0_wp, maxval(abs(at%x)))) then
-            outcome = mechanism
+            outcome = not_converged
             return
          end if
          call model%displace(d, at%x)
          call model%normalize(at%x)
+         moved = moved + d
       end do
       outcome = not_converged
+
+   contains
+
+      !> Whether this step has stayed near where it began.
+      logical function within_reach()
+         if (allocated(options%reach)) then
+            within_reach = all(abs(moved) <= options%reach)
+         else
+            within_reach = maxval(abs(moved)) <= extent
+         end if
+      end function within_reach
+
+      !> y := K^-1 y in the motions that are free; along those that nothing resists nothing moves, and nothing may ask for it.
+      subroutine solve(y, outcome)
+         real(wp), intent(inout) :: y(:)
+         integer, intent(out) :: outcome
+         type(stiffness_t) :: stiffness
+         real(wp), allocatable :: errors(:, :, :), loaded(:)
+         logical :: solved
+
+         outcome = converged
+         result%free_motions = 0
+         call stiffness%project(z, k)
+         call solve_regular(stiffness, y, solved)
+         if (solved) return
+         call tangent_errors(model, at, result%lambda, free, options%difference, k, errors)
+         call stiffness%project_errors(z, errors)
+         call solve_doubtful(stiffness, matmul(abs(transpose(z)), uncertain(free)), y, result%free_motions, loaded, info)
+         if (info /= 0) then
+            outcome = failed
+         else if (allocated(loaded)) then
+            ! With a smaller step the first iteration finds the same.
+            outcome = merge(stuck, mechanism, iteration == 0)
+            result%loaded = free(maxloc(abs(matmul(z, loaded)), 1))
+         end if
+      end subroutine solve
+
    end subroutine converge
-
-   !> y := K^-1 y, or the least displacement where K is singular and y needs no more.
-   subroutine solve(k, y, outcome)
-      real(wp), intent(in) :: k(:, :)
-      real(wp), intent(inout) :: y(:)
-      integer, intent(out) :: outcome
-      type(singular_value_inverse_t) :: inverse
-      real(wp) :: anorm, columns(size(y)), factor(size(y), size(y)), given(size(y)), rcond, rows(size(y)), work(4*size(y))
-      integer :: i, info, iwork(size(y)), n, pivot(size(y))
-
-      n = size(y)
-      outcome = converged
-      if (n == 0) return
-      outcome = failed
-      ! Rows and columns are scaled to largest entries of one: forces and moments have different units.
-      do i = 1, n
-         rows(i) = 1.0_wp/max(maxval(abs(k(i, :))), tiny(1.0_wp)*1.0e8_wp)
-      end do
-      do i = 1, n
-         factor(:, i) = rows*k(:, i)
-         columns(i) = 1.0_wp/max(maxval(abs(factor(:, i))), tiny(1.0_wp)*1.0e8_wp)
-         factor(:, i) = factor(:, i)*columns(i)
-      end do
-      anorm = maxval(sum(abs(factor), 1))
-      call dgetrf(n, n, factor, n, pivot, info)
-      rcond = 0.0_wp
-      if (info == 0) call dgecon('1', n, factor, n, anorm, rcond, work, iwork, info)
-      if (info == 0 .and. rcond >= singular) then
-         y = rows*y
-         call dgetrs('N', n, 1, factor, n, pivot, y, n, info)
-         y = columns*y
-         if (info == 0) outcome = converged
-         return
-      end if
-      call inverse%init(n, n)
-      call inverse%compute(k, rows, columns, singular, singular, info)
-      if (info /= 0) return
-      given = y
-      y = matmul(inverse%inverse, given)
-      outcome = converged
-      if (maxval(rows*abs(matmul(k, y) - given)) > 1.0e-6_wp*maxval(rows*abs(given)) + 1.0e-12_wp*maxval(abs(y)/columns)) &
-         outcome = mechanism
-   end subroutine solve
 
    !> Whether the options are valid.
    subroutine check_options(options, error)
@@ -269,9 +282,11 @@ contains
    end subroutine check_options
 
    !> The error of a step that failed.
-   subroutine explain(outcome, reached, error)
+   subroutine explain(model, outcome, reached, result, error)
+      class(mechanical_system_t), intent(in) :: model
       integer, intent(in) :: outcome
       real(wp), intent(in) :: reached
+      type(equilibrium_result_t), intent(in) :: result
       type(error_t), allocatable, intent(inout) :: error
       character(:), allocatable :: place
 
@@ -282,15 +297,30 @@ contains
       case (inconsistent)
          call raise(error, here, 'the constraints are inconsistent: no displacement reduces their violation'//place, &
                     'correct the constraints, or start closer to them')
-      case (mechanism)
-         call raise(error, here, 'a motion that nothing resists is loaded'//place, &
-                    'block it, constrain it, or start from a configuration that carries the load')
+      case (mechanism, stuck)
+         call raise(error, here, 'a motion that nothing resists is loaded, most of all '//loaded_velocity()//place, &
+                    'block it or constrain it; if it only has no stiffness where it starts, as a level rod under its weight, '// &
+                    'start it off there (off the horizontal)')
       case (failed)
          call raise(error, here, 'a linear problem could not be solved'//place, 'correct the system')
       case default
-         call raise(error, here, 'the iteration does not converge'//place, &
-                    'use more steps, or start closer to the equilibrium')
+         call raise(error, here, 'there is no equilibrium near the last one'//place, &
+                    'start closer to the equilibrium; where a load is at its limit, as before a snap-through, start beyond '// &
+                    'it, or let a motion with damping find it')
       end select
+
+   contains
+
+      function loaded_velocity() result(name)
+         character(:), allocatable :: name
+
+         name = 'velocity '//to_text(result%loaded)
+         select type (model)
+         class is (tabulated_system_t)
+            name = model%v_name(result%loaded)
+         end select
+      end function loaded_velocity
+
    end subroutine explain
 
 end module taut_constrained_equilibrium

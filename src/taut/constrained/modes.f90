@@ -1,16 +1,17 @@
-!> Small free vibrations about a configuration at rest: M ddot d + K d = 0, A d = 0.
+!> Small free vibrations about a configuration at rest: M ddot d + C dot d + K d = 0, A d = 0.
 !!
 !! K is the tangent of f - A^T lambda. Where the configuration carries no load, or loads and internal forces have a potential,
-!! it is symmetric; otherwise it may not be, and eigenvalues may be complex. Forces that depend on velocities are left
-!! out.
+!! it is symmetric; otherwise it may not be, and eigenvalues may be complex. Motions that nothing resists, such as that of a
+!! trolley on its rail, are vibrations of 0 Hz. C is what forces that depend on velocities make at rest, such as dampers.
 module taut_constrained_modes
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: mechanical_system_t, state_t
-   use taut_constrained_tangent, only: free_velocities, ready, tangent
+   use taut_constrained_resistance, only: stiffness_t
+   use taut_constrained_tangent, only: damping, free_velocities, ready, tangent, tangent_errors
    use taut_linalg_block_diagonal, only: block_diagonal_t
-   use taut_linalg_lapack, only: dgeev, dpotrf, dsygv, dtrtrs
+   use taut_linalg_lapack, only: dgeev, dgeqp3, dgesvd, dorgqr, dpotrf, dsygv, dtrtrs
    use taut_linalg_null_space, only: null_space
    implicit none (type, external)
    private
@@ -20,6 +21,8 @@ module taut_constrained_modes
    type :: modes_options_t
       !> Velocities that stay zero; none by default.
       integer, allocatable :: blocked(:)
+      !> Whether forces that depend on velocities count.
+      logical :: damped = .true.
       !> Whether the constraints hold; otherwise the system is taken without them.
       logical :: constrained = .true.
       !> Differences between K and its transpose, relative to sqrt(K_ii K_jj), up to which K counts as symmetric.
@@ -28,15 +31,21 @@ module taut_constrained_modes
       real(wp) :: difference = 0.0_wp
    end type modes_options_t
 
-   !> Modes in order of increasing frequency. With the eigenvalue mu = (omega)^2, sqrt(mu) = omega + i growth.
+   !> Modes in order of increasing frequency: exp((growth + 2 pi i frequency) t).
    type :: modes_t
       !> Frequencies [Hz].
       real(wp), allocatable :: frequency(:)
-      !> Rates of exponential growth [1/s]: zero for a vibration, not for an instability (buckling: at frequency zero).
+      !> Rates of exponential growth [1/s]: zero for a vibration without damping, negative for one that dies away, positive for an
+      !! instability (buckling: at frequency zero). Without damping, what is unstable is listed once, as it grows; with it, what
+      !! does not vibrate has two rates.
       real(wp), allocatable :: growth(:)
       !> Shapes: displacements along the velocities, unit modal mass, the largest entry positive; the real part of complex
       !! ones. (n, modes).
       real(wp), allocatable :: shapes(:, :)
+      !> Motions that nothing resists: so many modes have frequency and growth zero.
+      integer :: free_motions = 0
+      !> Whether forces that depend on velocities have a part in them.
+      logical :: damped = .false.
       !> Whether K was symmetric.
       logical :: symmetric = .true.
       !> The largest difference between K and its transpose, as `symmetry_tolerance`.
@@ -48,7 +57,7 @@ module taut_constrained_modes
 
 contains
 
-   !> All modes about a configuration.
+   !> All modes about a configuration at rest.
    subroutine eigenmodes(model, at, modes, error, options)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
@@ -63,8 +72,9 @@ contains
       type(modes_options_t) :: chosen
       type(state_t) :: rest
       type(block_diagonal_t) :: m
+      type(stiffness_t) :: stiffness
       integer, allocatable :: free(:)
-      real(wp), allocatable :: a_plus(:, :), k(:, :), k_free(:, :), m_free(:, :), m_full(:, :), z(:, :)
+      real(wp), allocatable :: a_plus(:, :), c(:, :), errors(:, :, :), k(:, :), m_free(:, :), m_full(:, :), z(:, :)
       real(wp) :: a(model%c, model%n), f(model%n), lambda(model%c)
       integer :: i, info, rank
 
@@ -104,17 +114,25 @@ contains
          call raise(error, here, 'the tangent stiffness is not finite', 'correct the system or its configuration')
          return
       end if
+      call tangent_errors(model, rest, lambda, free, chosen%difference, k, errors)
       call m%init(model%mass_blocks)
       call model%mass(rest, m)
       m_full = m%dense()
-      k_free = matmul(transpose(z), matmul(k, z))
+      call stiffness%project(z, k)
+      call stiffness%project_errors(z, errors)
       m_free = matmul(transpose(z), matmul(m_full(free, free), z))
-      modes%asymmetry = asymmetry(k_free)
+      modes%asymmetry = asymmetry(stiffness%k)
       modes%symmetric = modes%asymmetry <= chosen%symmetry_tolerance
-      if (modes%symmetric) then
-         call solve_symmetric(k_free, m_free, modes, info)
-      else
-         call solve_general(k_free, m_free, modes, info)
+      call solve(stiffness, m_free, modes, info)
+      if (chosen%damped .and. info == 0) then
+         allocate (c, mold=k)
+         call damping(model, rest, free, c)
+         if (.not. all(ieee_is_finite(c))) then
+            call raise(error, here, 'a force is not finite with velocities', 'correct the system or its configuration')
+            return
+         end if
+         modes%damped = any(abs(c) > 0.0_wp)
+         if (modes%damped) call solve_damped(stiffness%k, matmul(transpose(z), matmul(c, z)), m_free, modes, info)
       end if
       if (info > 0) then
          call raise(error, here, 'the mass matrix is not positive definite', 'give every free velocity a mass')
@@ -143,64 +161,219 @@ contains
       end do
    end function asymmetry
 
-   !> K and M symmetric: DSYGV. info > 0: M is not positive definite; < 0: no convergence.
-   subroutine solve_symmetric(k, m, modes, info)
-      real(wp), intent(inout) :: k(:, :), m(:, :)
+   !> Without damping. info > 0: M is not positive definite; < 0: no convergence.
+   subroutine solve(stiffness, m, modes, info)
+      type(stiffness_t), intent(in) :: stiffness
+      real(wp), intent(in) :: m(:, :)
       type(modes_t), intent(inout) :: modes
       integer, intent(out) :: info
-      real(wp), allocatable :: mu(:), work(:)
+      complex(wp), allocatable :: mu(:), omega(:)
+      integer, allocatable :: order(:)
+      real(wp), allocatable :: shapes(:, :)
+      real(wp) :: left
+      integer :: i
+
+      if (modes%symmetric) then
+         call solve_symmetric(stiffness%k, m, mu, shapes, info)
+      else
+         call solve_general(stiffness%k, m, mu, shapes, info)
+      end if
+      if (info /= 0) return
+      do i = 1, size(mu)
+         ! By Rayleigh's quotient, which the error of the shape does not touch; without symmetry it is no eigenvalue.
+         associate (shape => shapes(:, i))
+            left = abs(dot_product(shape, matmul(stiffness%k, shape)))
+            if (.not. modes%symmetric) left = abs(mu(i)) - 10.0_wp*epsilon(left)*maxval(abs(mu))
+            if (left > stiffness%worth(shape, shape)) cycle
+         end associate
+         mu(i) = (0.0_wp, 0.0_wp)
+         modes%free_motions = modes%free_motions + 1
+      end do
+      omega = sqrt(mu)
+      order = increasing(real(omega, wp), abs(aimag(omega)))
+      modes%frequency = real(omega(order), wp)/(2.0_wp*pi)
+      modes%growth = abs(aimag(omega(order)))
+      modes%shapes = shapes(:, order)
+   end subroutine solve
+
+   !> K and M symmetric: DSYGV.
+   subroutine solve_symmetric(k, m, mu, shapes, info)
+      real(wp), intent(in) :: k(:, :), m(:, :)
+      complex(wp), allocatable, intent(out) :: mu(:)
+      real(wp), allocatable, intent(out) :: shapes(:, :)
+      integer, intent(out) :: info
+      real(wp), allocatable :: masses(:, :), values(:), work(:)
       integer :: n
 
       n = size(k, 1)
-      k = 0.5_wp*(k + transpose(k))
-      allocate (mu(n), work(max(1, 34*n)), source=0.0_wp)
-      call dsygv(1, 'V', 'L', n, k, n, m, n, mu, work, size(work), info)
-      if (info /= 0) then
-         info = merge(1, -1, info > n)
-         return
-      end if
-      allocate (modes%frequency, source=sqrt(max(mu, 0.0_wp))/(2.0_wp*pi))
-      allocate (modes%growth, source=sqrt(max(-mu, 0.0_wp)))
-      allocate (modes%shapes, source=k)
+      allocate (shapes, source=0.5_wp*(k + transpose(k)))
+      allocate (masses, source=m)
+      allocate (values(n), work(max(1, 34*n)), source=0.0_wp)
+      call dsygv(1, 'V', 'L', n, shapes, n, masses, n, values, work, size(work), info)
+      if (info /= 0) info = merge(1, -1, info > n)
+      mu = cmplx(values, 0.0_wp, wp)
    end subroutine solve_symmetric
 
-   !> K not symmetric: DGEEV of L^-1 K L^-T, M = L L^T, which keeps the eigenvalues of M^-1 K.
-   subroutine solve_general(k, m, modes, info)
-      real(wp), intent(inout) :: k(:, :), m(:, :)
-      type(modes_t), intent(inout) :: modes
+   !> K not symmetric: DGEEV of L^-1 K L^-T, M = L L^T, which keeps the eigenvalues of M^-1 K. Shapes of unit modal mass.
+   subroutine solve_general(k, m, mu, shapes, info)
+      real(wp), intent(in) :: k(:, :), m(:, :)
+      complex(wp), allocatable, intent(out) :: mu(:)
+      real(wp), allocatable, intent(out) :: shapes(:, :)
       integer, intent(out) :: info
-      real(wp), allocatable :: im(:), left(:, :), re(:), right(:, :), transposed(:, :), work(:)
-      complex(wp), allocatable :: omega(:)
-      integer, allocatable :: order(:)
+      real(wp), allocatable :: factor(:, :), im(:), left(:, :), re(:), scaled(:, :), work(:)
       integer :: i, n
 
       n = size(k, 1)
-      call dpotrf('L', n, m, n, info)
-      if (info /= 0) then
-         info = 1
-         return
-      end if
-      call dtrtrs('L', 'N', 'N', n, n, m, n, k, n, info)
-      transposed = transpose(k)
-      call dtrtrs('L', 'N', 'N', n, n, m, n, transposed, n, info)
-      k = transpose(transposed)
-      allocate (re(n), im(n), left(1, 1), right(n, n), work(max(1, 8*n)), source=0.0_wp)
-      call dgeev('N', 'V', n, k, n, re, im, left, 1, right, n, work, size(work), info)
+      call weigh(m, factor, info)
+      if (info /= 0) return
+      scaled = weighed(k, factor)
+      allocate (re(n), im(n), left(1, 1), shapes(n, n), work(max(1, 8*n)), source=0.0_wp)
+      call dgeev('N', 'V', n, scaled, n, re, im, left, 1, shapes, n, work, size(work), info)
       if (info /= 0) then
          info = -1
          return
       end if
       ! LAPACK stores a pair as the real and the imaginary part of one vector; both members have that real part.
       do i = 2, n
-         if (im(i) < 0.0_wp) right(:, i) = right(:, i - 1)
+         if (im(i) < 0.0_wp) shapes(:, i) = shapes(:, i - 1)
       end do
-      call dtrtrs('L', 'T', 'N', n, n, m, n, right, n, info)
-      omega = sqrt(cmplx(re, im, wp))
-      order = increasing(real(omega, wp), abs(aimag(omega)))
-      allocate (modes%frequency, source=real(omega(order), wp)/(2.0_wp*pi))
-      allocate (modes%growth, source=abs(aimag(omega(order))))
-      allocate (modes%shapes, source=right(:, order))
+      call dtrtrs('L', 'T', 'N', n, n, factor, n, shapes, n, info)
+      mu = cmplx(re, im, wp)
    end subroutine solve_general
+
+   !> M = L L^T. info = 1: M is not positive definite.
+   subroutine weigh(m, factor, info)
+      real(wp), intent(in) :: m(:, :)
+      real(wp), allocatable, intent(out) :: factor(:, :)
+      integer, intent(out) :: info
+
+      allocate (factor, source=m)
+      call dpotrf('L', size(m, 1), factor, size(m, 1), info)
+      if (info /= 0) info = 1
+   end subroutine weigh
+
+   !> L^-1 K L^-T.
+   function weighed(k, factor) result(scaled)
+      real(wp), intent(in) :: k(:, :), factor(:, :)
+      real(wp), allocatable :: scaled(:, :)
+      integer :: info, n
+
+      n = size(k, 1)
+      scaled = k
+      call dtrtrs('L', 'N', 'N', n, n, factor, n, scaled, n, info)
+      scaled = transpose(scaled)
+      call dtrtrs('L', 'N', 'N', n, n, factor, n, scaled, n, info)
+      scaled = transpose(scaled)
+   end function weighed
+
+   !> With damping: eigenvalues of qdot = p, pdot = -K q - C p in coordinates of unit mass.
+   !!
+   !! The coordinates of motions that nothing resists have no part in it, only their rates, and of those that nothing damps not even
+   !! these: each such motion would have one eigenvalue more that is zero, or two, which no solver finds as zeros.
+   subroutine solve_damped(k, c, m, modes, info)
+      real(wp), intent(in) :: k(:, :), c(:, :), m(:, :)
+      type(modes_t), intent(inout) :: modes
+      integer, intent(out) :: info
+      complex(wp), allocatable :: lambda(:)
+      complex(wp) :: q(size(k, 1)), p(size(k, 1))
+      integer, allocatable :: order(:)
+      real(wp), allocatable :: basis(:, :), damper(:, :), factor(:, :), im(:), left(:, :), matrix(:, :), re(:), right(:, :), &
+                               shapes(:, :), spring(:, :), work(:)
+      integer :: found, free, i, n, rest, states, undamped
+
+      n = size(k, 1)
+      free = modes%free_motions
+      call weigh(m, factor, info)
+      if (info /= 0) return
+      damper = weighed(c, factor)
+      call free_motions_first(modes, factor, damper, basis, undamped, info)
+      if (info /= 0) return
+      damper = matmul(transpose(basis), matmul(damper, basis))
+      spring = matmul(transpose(basis), matmul(weighed(k, factor), basis))
+
+      rest = n - free
+      states = rest + n - undamped
+      allocate (matrix(states, states), right(states, states), re(states), im(states), left(1, 1), work(max(1, 8*states)), &
+                source=0.0_wp)
+      do i = 1, rest
+         matrix(i, states - rest + i) = 1.0_wp
+      end do
+      matrix(rest + 1:, 1:rest) = -spring(undamped + 1:, free + 1:)
+      matrix(rest + 1:, rest + 1:) = -damper(undamped + 1:, undamped + 1:)
+      call dgeev('N', 'V', states, matrix, states, re, im, left, 1, right, states, work, size(work), info)
+      if (info /= 0) then
+         info = -1
+         return
+      end if
+
+      ! Of a pair one is listed: the real and the imaginary part of its vector are two columns.
+      allocate (lambda(states + free), shapes(n, states + free))
+      lambda(1:free) = (0.0_wp, 0.0_wp)
+      shapes(:, 1:free) = basis(:, 1:free)
+      found = free
+      do i = 1, states
+         if (im(i) < 0.0_wp) cycle
+         found = found + 1
+         lambda(found) = cmplx(re(i), im(i), wp)
+         q = (0.0_wp, 0.0_wp)
+         p = (0.0_wp, 0.0_wp)
+         if (im(i) > 0.0_wp) then
+            q(free + 1:) = cmplx(right(1:rest, i), right(1:rest, i + 1), wp)
+            p(undamped + 1:) = cmplx(right(rest + 1:, i), right(rest + 1:, i + 1), wp)
+         else
+            q(free + 1:) = right(1:rest, i)
+            p(undamped + 1:) = right(rest + 1:, i)
+         end if
+         p(1:undamped) = -(matmul(spring(1:undamped, :), q) + matmul(damper(1:undamped, :), p))/lambda(found)
+         ! In the phase in which the real part is largest.
+         p = p*exp(cmplx(0.0_wp, -0.5_wp*atan2(aimag(sum(p*p)), real(sum(p*p), wp)), wp))
+         shapes(:, found) = matmul(basis, real(p, wp)/norm2(real(p, wp)))
+      end do
+      call dtrtrs('L', 'T', 'N', n, found, factor, n, shapes, n, info)
+      order = increasing(aimag(lambda(1:found)), real(lambda(1:found), wp))
+      modes%frequency = aimag(lambda(order))/(2.0_wp*pi)
+      modes%growth = real(lambda(order), wp)
+      modes%shapes = shapes(:, order)
+   end subroutine solve_damped
+
+   !> An orthonormal basis in coordinates of unit mass: motions that nothing resists first, of these first what nothing damps.
+   subroutine free_motions_first(modes, factor, damper, basis, undamped, info)
+      type(modes_t), intent(in) :: modes
+      real(wp), intent(in) :: factor(:, :), damper(:, :)
+      real(wp), allocatable, intent(out) :: basis(:, :)
+      integer, intent(out) :: undamped, info
+      real(wp), allocatable :: damped_by(:, :), s(:), tau(:), u(:, :), vt(:, :), work(:)
+      integer, allocatable :: given(:), order(:)
+      real(wp), parameter :: round_off = 1.0e-10_wp
+      integer :: f, i, n
+
+      n = size(factor, 1)
+      undamped = 0
+      order = pack([(i, i=1, n)], modes%frequency + modes%growth <= 0.0_wp)
+      f = size(order)
+      allocate (basis(n, n), s(f), u(1, 1), vt(f, f), work(64*n), source=0.0_wp)
+      do i = 1, n
+         basis(i, i) = 1.0_wp
+      end do
+      info = 0
+      if (f == 0) return
+      ! L^T times a motion is what it is in coordinates of unit mass.
+      do i = 1, n
+         basis(i, 1:f) = matmul(factor(i:, i), modes%shapes(i:, order))
+      end do
+      allocate (tau(f), source=0.0_wp)
+      allocate (given(f), source=1)
+      call dgeqp3(n, f, basis, n, given, tau, work, size(work), info)
+      if (info == 0) call dorgqr(n, n, f, basis, n, tau, work, size(work), info)
+      damped_by = matmul(damper, basis(:, 1:f))
+      if (info == 0) call dgesvd('N', 'A', n, f, damped_by, n, s, u, 1, vt, f, work, size(work), info)
+      if (info /= 0) then
+         info = -1
+         return
+      end if
+      undamped = count(s <= round_off*maxval(abs(damper)))
+      basis(:, 1:f) = matmul(basis(:, 1:f), transpose(vt(f:1:-1, :)))
+   end subroutine free_motions_first
 
    !> The order of increasing frequencies, the fastest growth first among equals.
    pure function increasing(frequency, growth) result(order)

@@ -1,15 +1,19 @@
-!> The tangent stiffness of a constrained system at rest, by differences, and which velocities are free.
+!> The tangents of a constrained system's forces, by differences, and which velocities are free.
 module taut_constrained_tangent
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
    implicit none (type, external)
    private
-   public :: tangent, free_velocities, ready, default_difference
+   public :: tangent, tangent_errors, damping, free_velocities, ready, default_difference
 
    !> Step of the differences, relative to the size of the coordinates (at least 1). The formula is of fourth order, so that
    !! the stretching of a slender beam that is bent by the step does not count against its bending.
    real(wp), parameter :: default_difference = 3.0e-6_wp
+   !> Other steps, as multiples of this one, that tell what the tangent is worth.
+   real(wp), parameter :: other_steps(2) = [0.71_wp, 1.37_wp]
+   !> Step of the differences for velocities [m/s, rad/s].
+   real(wp), parameter :: velocity_difference = 1.0e-5_wp
 
 contains
 
@@ -63,6 +67,61 @@ contains
       end subroutine force_near
 
    end subroutine tangent
+
+   !> What other steps of the differences make of K, less K: samples of its error.
+   subroutine tangent_errors(model, at, lambda, free, step, k, errors)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Where, at rest.
+      type(state_t), intent(in) :: at
+      !> Multipliers: (c).
+      real(wp), intent(in) :: lambda(:)
+      !> Indices of the free velocities.
+      integer, intent(in) :: free(:)
+      !> Relative step of K; 0 for the default.
+      real(wp), intent(in) :: step
+      !> K: (free, free).
+      real(wp), intent(in) :: k(:, :)
+      !> The samples: (free, free, samples).
+      real(wp), allocatable, intent(out) :: errors(:, :, :)
+      real(wp) :: h
+      integer :: i
+
+      h = default_difference
+      if (step > 0.0_wp) h = step
+      allocate (errors(size(free), size(free), size(other_steps)), source=0.0_wp)
+      do i = 1, size(other_steps)
+         call tangent(model, at, lambda, free, other_steps(i)*h, errors(:, :, i))
+         errors(:, :, i) = errors(:, :, i) - k
+      end do
+   end subroutine tangent_errors
+
+   !> C = -df/dv, along the velocities that are free: by central differences; what is nothing but round-off is zero.
+   subroutine damping(model, at, free, c)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Where; its velocities are used.
+      type(state_t), intent(in) :: at
+      !> Indices of the free velocities.
+      integer, intent(in) :: free(:)
+      !> The damping: (free, free), one column for each velocity.
+      real(wp), intent(out) :: c(:, :)
+      type(state_t) :: near
+      real(wp) :: h, total(model%n, 2)
+      integer :: i, j
+
+      h = velocity_difference*max(1.0_wp, maxval(abs(at%v)))
+      near = at
+      do j = 1, size(free)
+         do i = 1, 2
+            near%v(free(j)) = at%v(free(j)) + merge(h, -h, i == 1)
+            call model%force(near, total(:, i))
+         end do
+         near%v(free(j)) = at%v(free(j))
+         c(:, j) = -(total(free, 1) - total(free, 2))/(2.0_wp*h)
+         where (abs(c(:, j)) <= 10.0_wp*epsilon(h)*maxval(abs(total))/h) c(:, j) = 0.0_wp
+      end do
+   end subroutine damping
 
    !> The velocities that are not blocked.
    subroutine free_velocities(n, blocked, free, error)

@@ -7,7 +7,7 @@ module taut_linalg_lapack
    implicit none (type, external)
    private
    public :: dpotrf, dpotrs, dpstrf, dgelsd, dgemm, dtrtrs, dgeqp3, dorgqr, dgetrf, dgetrs, dgecon, dgtsv, dsygv, dgeev, &
-             dgbtrf, dgbtrs, zgbtrf, zgbtrs, zgetrf, zgetrs
+             dgesvd, dgbtrf, dgbtrs, zgbtrf, zgbtrs, zgetrf, zgetrs
 
    interface
       !> Cholesky factorization of a symmetric positive definite matrix.
@@ -156,6 +156,16 @@ module taut_linalg_lapack
          real(wp), intent(inout) :: a(lda, *), wr(*), wi(*), vl(ldvl, *), vr(ldvr, *), work(*)
          integer, intent(out) :: info
       end subroutine dgeev
+
+      !> Singular values and vectors.
+      subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: jobu, jobvt
+         integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+         real(wp), intent(inout) :: a(lda, *), s(*), u(ldu, *), vt(ldvt, *), work(*)
+         integer, intent(out) :: info
+      end subroutine dgesvd
 
       !> LU factorization with row interchanges of a band matrix: kl and ku diagonals below and above the main one.
       subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)

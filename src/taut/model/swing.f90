@@ -99,6 +99,7 @@ contains
       if (allocated(error)) return
       n = beam%nodes
       options%constrained = .false.
+      options%damped = .false.
       options%blocked = [1, 2, 6*n - 5, 6*n - 4, ([6*i - 3, 6*i - 2, 6*i - 1], i=1, n)]
       at = beam%reference_state()
       call eigenmodes(beam, at, found, error, options)

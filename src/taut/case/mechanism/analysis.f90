@@ -54,8 +54,8 @@ contains
       type(entries_t), intent(inout) :: entries
 
       call entries%group('analysis', 'what is asked for')
-      call entries%item('kind', self%kind, 'a motion, the static equilibrium, or vibration modes about it, of the mechanism '// &
-                        'without damping', [character(len=11) :: 'dynamics', 'equilibrium', 'modes'])
+      call entries%item('kind', self%kind, 'a motion, the static equilibrium, or vibration modes about it, with dampers', &
+                        [character(len=11) :: 'dynamics', 'equilibrium', 'modes'])
       call entries%item('steps', self%steps, 'steps in which the load of the equilibrium is applied', least=1)
       call entries%item('number', self%number, 'of modes that are written', least=1)
    end subroutine declare_analysis
