@@ -46,6 +46,7 @@ module taut
    use taut_constrained_method_options, only: method_t, method_names
    use taut_constrained_projection, only: projector_t
    use taut_constrained_start, only: consistent_start, start_report_t
+   use taut_constrained_balance, only: energy_balance_t
    use taut_constrained_method, only: constrained_ode_t, sample_t
    use taut_constrained_method_choose, only: check_method, new_constrained_ode
    use taut_constrained_history, only: history_t
@@ -94,7 +95,7 @@ module taut
    public :: new_ritz, ritz_t
    public :: simulation_t, archive_t, pause_t
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t
-   public :: history_t, observer_t, trajectory_t, events_t, event_record_t, sample_t, constrained_ode_t
+   public :: history_t, observer_t, trajectory_t, events_t, event_record_t, sample_t, constrained_ode_t, energy_balance_t
    public :: check_method, new_constrained_ode, constrained_problem_t
    public :: consistent_start, start_report_t, verify, finding_t, projection_matrices
    public :: equilibrium, equilibrium_options_t, equilibrium_result_t, eigenmodes, modes_options_t, modes_t

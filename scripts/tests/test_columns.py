@@ -22,4 +22,4 @@ def test_chosen_columns(run: Run, tmp_path: Path) -> None:
     some = table(tmp_path / "results/some/present.csv")
     assert list(some) == ["t", "z", "phidot", "phiddot", "energy", "lambda"]
     assert some == {name: everything[name] for name in some}
-    assert len(everything) == 15
+    assert len(everything) == 16

@@ -6,6 +6,7 @@ module taut_case_recorder
    use taut_case_csv, only: csv_t
    use taut_case_progress, only: progress_t
    use taut_case_row, only: row_t
+   use taut_constrained_balance, only: energy_balance_t
    use taut_constrained_method, only: constrained_ode_t, sample_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
@@ -19,8 +20,8 @@ module taut_case_recorder
    type, extends(observer_t) :: recorder_t
       !> Largest violations at the written points.
       real(wp) :: max_phi = 0.0_wp, max_phidot = 0.0_wp, max_phiddot = 0.0_wp
-      !> Energy at the last written point less that at the first [J].
-      real(wp) :: energy_drift = 0.0_wp
+      !> Energy and work at the written points.
+      type(energy_balance_t) :: balance
       !> Smallest rank of A at the written points.
       integer :: min_rank = huge(1)
       !> Number of written points.
@@ -29,7 +30,7 @@ module taut_case_recorder
       type(csv_t) :: csv
       !> The progress line.
       type(progress_t) :: progress
-      real(wp), private :: t_start = 0.0_wp, t_end = 1.0_wp, first_energy = 0.0_wp
+      real(wp), private :: t_start = 0.0_wp, t_end = 1.0_wp
       type(sample_t), private :: sample
       !> Which columns are written: (columns).
       logical, allocatable, private :: wanted(:)
@@ -92,7 +93,7 @@ contains
 
       self%t_start = t_start
       self%t_end = t_end
-      allocate (self%wanted(9 + model%n_x + model%n + model%n_w + 2*model%c + model%n_outputs), &
+      allocate (self%wanted(10 + model%n_x + model%n + model%n_w + 2*model%c + model%n_outputs), &
                 source=all(columns == ''))
       call self%row%create()
       self%wanted(1) = .true.
@@ -129,8 +130,8 @@ contains
       class(tabulated_system_t), intent(in) :: model
       integer, intent(in) :: i
       character(:), allocatable :: name
-      character(len=10), parameter :: violations(6) = [character(len=10) :: 'phi', 'phidot', 'phiddot', 'phi_raw', &
-                                                       'phidot_raw', 'energy']
+      character(len=10), parameter :: violations(7) = [character(len=10) :: 'phi', 'phidot', 'phiddot', 'phi_raw', &
+                                                       'phidot_raw', 'energy', 'work']
       integer :: j
 
       j = i - 2
@@ -153,11 +154,11 @@ contains
          return
       end if
       j = j - model%n_w
-      if (j <= 6) then
+      if (j <= size(violations)) then
          name = trim(violations(j))
          return
       end if
-      j = j - 6
+      j = j - size(violations)
       if (j <= model%c) then
          name = numbered('mu', j, model%c)
          return
@@ -229,8 +230,7 @@ contains
       call archive%item('largest phi', self%max_phi)
       call archive%item('largest phidot', self%max_phidot)
       call archive%item('largest phiddot', self%max_phiddot)
-      call archive%item('energy drift', self%energy_drift)
-      call archive%item('first energy', self%first_energy)
+      call self%balance%serialize(archive)
       call archive%item('smallest rank', self%min_rank)
       call archive%item('points', self%points)
       call self%csv%serialize(archive, folder, error)
@@ -262,6 +262,7 @@ contains
                        'tighten the tolerances')
             return
          end if
+         call self%balance%see(ode, self%sample)
       class default
          call raise(error, 'output', 'only constrained systems can be recorded', 'use another observer')
          return
@@ -269,9 +270,7 @@ contains
 
       if (self%csv%is_open()) call write_point()
       associate (s => self%sample)
-         if (self%points == 0) self%first_energy = s%energy
          self%points = self%points + 1
-         self%energy_drift = s%energy - self%first_energy
          self%max_phi = max(self%max_phi, s%phi)
          self%max_phidot = max(self%max_phidot, s%phidot)
          self%max_phiddot = max(self%max_phiddot, s%phiddot)
@@ -299,6 +298,7 @@ contains
             call add(self, s%phi_raw)
             call add(self, s%phidot_raw)
             call add(self, s%energy)
+            call add(self, s%work)
             do i = 1, size(s%mu)
                call add(self, s%mu(i))
             end do

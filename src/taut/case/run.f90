@@ -15,7 +15,6 @@ module taut_case_run
    use taut_case_recorder, only: recorder_t
    use taut_case_row, only: row_t
    use taut_case_settings, only: settings_t, method_entry_t
-   use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_model_events, only: model_events_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_simulate, only: simulation_t
@@ -30,7 +29,7 @@ module taut_case_run
    !> Columns of a case's summary.
    character(*), parameter :: summary_header = &
       'case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,max_phi,max_phidot,max_phiddot,'// &
-      'energy_drift,min_rank,note,wall_seconds,blas'
+      'energy_drift,work,min_rank,note,wall_seconds,blas'
    character, parameter :: line_end = new_line('a')
 
    !> Where and how to run a case.
@@ -302,6 +301,7 @@ contains
       integer(int64) :: before, rate
       real(wp) :: seconds_before
       character(len=200) :: line
+      character(:), allocatable :: balance, blows
       integer :: i
 
       interrupted = .false.
@@ -385,15 +385,18 @@ contains
          call fields%add(recorder%max_phi)
          call fields%add(recorder%max_phidot)
          call fields%add(recorder%max_phiddot)
-         call fields%add(recorder%energy_drift)
+         call fields%add(recorder%balance%drift)
+         call fields%add(recorder%balance%work)
          call fields%add(recorder%min_rank)
-         call fields%add(notes(model%note(), simulation%ode, result))
+         call recorder%balance%remark(settings%options, result, settings%t_start, balance)
+         call simulation%ode%remark(blows)
+         call fields%add(joined(joined(joined(model%note(), blows), balance), said(result)))
          call fields%add(progress%seconds)
          call fields%add(blas_text())
          row = fields%letters(:fields%used)//line_end
          if (.not. options%quiet) then
             write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
-               result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%energy_drift, progress%seconds
+               result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%balance%drift, progress%seconds
             call progress%list(file%name, line)
          end if
       end associate
@@ -410,24 +413,26 @@ contains
 
    end subroutine run_method
 
-   !> What is to be said of a system and of its run, in one field.
-   function notes(of_system, ode, result) result(text)
-      character(*), intent(in) :: of_system
-      class(constrained_ode_t), intent(in) :: ode
+   !> What is to be said of an integration.
+   function said(result) result(text)
       type(integration_result_t), intent(in) :: result
       character(:), allocatable :: text
-      character(:), allocatable :: remark
       integer :: i
 
-      text = of_system
-      call ode%remark(remark)
-      if (len(text) > 0 .and. len(remark) > 0) text = text//'; '
-      text = text//remark
+      text = ''
       do i = 1, size(result%notes)
-         if (len(text) > 0) text = text//'; '
-         text = text//result%notes(i)%text()
+         text = joined(text, result%notes(i)%text())
       end do
-   end function notes
+   end function said
+
+   !> Two notes in one field.
+   pure function joined(one, other) result(both)
+      character(*), intent(in) :: one, other
+      character(:), allocatable :: both
+
+      both = one//other
+      if (len(one) > 0 .and. len(other) > 0) both = one//'; '//other
+   end function joined
 
    !> What is restored must be of this case: a file whose checksum fits may have been made by anyone.
    subroutine check_progress(progress, methods, path, checkpoint, error)

@@ -30,6 +30,8 @@ module taut_constrained_history
       real(wp), allocatable :: lambda(:, :), mu(:, :)
       !> Energy [J], or not a number: (points).
       real(wp), allocatable :: energy(:)
+      !> Work since the start [J], not a number where it is not known: (points).
+      real(wp), allocatable :: work(:)
       !> Violations of the constraints at position, velocity and acceleration level, largest entries: (points).
       real(wp), allocatable :: phi(:), phidot(:), phiddot(:)
       !> What the system computes besides: (n_outputs, points).
@@ -61,7 +63,7 @@ contains
       self%steps = 0
       self%places = merge(places, 0, self%dense)
       if (allocated(self%ode)) deallocate (self%ode)
-      if (allocated(self%t)) deallocate (self%t, self%x, self%v, self%w, self%lambda, self%mu, self%energy, self%phi, &
+      if (allocated(self%t)) deallocate (self%t, self%x, self%v, self%w, self%lambda, self%mu, self%energy, self%work, self%phi, &
                                          self%phidot, self%phiddot, self%outputs)
       if (allocated(self%ends)) deallocate (self%ends, self%values)
    end subroutine begin
@@ -114,7 +116,7 @@ contains
          n_outputs = model%n_outputs
       end select
       associate (model => ode%model)
-         allocate (self%t(room), self%energy(room), self%phi(room), self%phidot(room), self%phiddot(room))
+         allocate (self%t(room), self%energy(room), self%work(room), self%phi(room), self%phidot(room), self%phiddot(room))
          allocate (self%x(model%n_x, room), self%v(model%n, room), self%w(model%n_w, room), self%lambda(model%c, room), &
                    self%mu(model%c, room), self%outputs(n_outputs, room))
          if (allocated(self%at%x)) deallocate (self%at%x, self%at%v, self%at%w)
@@ -137,6 +139,7 @@ contains
          self%lambda(:, i) = seen%lambda
          self%mu(:, i) = seen%mu
          self%energy(i) = seen%energy
+         self%work(i) = seen%work
          self%phi(i) = seen%phi
          self%phidot(i) = seen%phidot
          self%phiddot(i) = seen%phiddot
@@ -151,6 +154,7 @@ contains
 
       call resize_list(self%t, room)
       call resize_list(self%energy, room)
+      call resize_list(self%work, room)
       call resize_list(self%phi, room)
       call resize_list(self%phidot, room)
       call resize_list(self%phiddot, room)

@@ -267,7 +267,18 @@ contains
          end if
       end associate
       info = merge(rhs_ok, rhs_retry, all(ieee_is_finite(r)))
+      if (info == rhs_ok .and. ode%has_integral) call find_power(self, ode, self%stage, z)
    end subroutine residual
+
+   !> Power of what changes the energy, with b' in place.
+   subroutine find_power(self, ode, at, z)
+      type(implicit_form_t), intent(in) :: self
+      class(ode_system_t), intent(inout) :: ode
+      type(state_t), intent(in) :: at
+      real(wp), intent(in), contiguous :: z(:)
+
+      ode%integrand = self%model%power(at) - dot_product(z(:self%c), self%b_prime)
+   end subroutine find_power
 
    !> The balance M vdot - f_s + B^T sigma + A^T lambda at a state, with A in `a`, B in `b` and the strains in `strain`.
    subroutine momentum(self, at, vdot, z)
@@ -833,6 +844,10 @@ contains
       ydot(n_x + 1:n_x + n) = self%real_x(:n)
       if (self%n_w > 0) call self%model%w_rate(self%at, ydot(n_x + n + 1:))
       z(:c) = self%real_x(n + self%n_w + 1:)
+      if (ode%has_integral) then
+         call self%model%velocity_rhs(self%at, self%b_prime)
+         call find_power(self, ode, self%at, z)
+      end if
       info = merge(rhs_ok, rhs_retry, all(ieee_is_finite(ydot)) .and. all(ieee_is_finite(z)))
    end subroutine start
 

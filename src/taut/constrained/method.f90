@@ -30,7 +30,7 @@
 !! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
 !! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
 module taut_constrained_method
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
@@ -40,6 +40,7 @@ module taut_constrained_method
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_system_tables, only: tabulated_system_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_ode_system, only: inside_step, ode_system_t, rhs_ok
    implicit none (type, external)
    private
@@ -56,6 +57,10 @@ module taut_constrained_method
       real(wp) :: phi_raw = 0.0_wp, phidot_raw = 0.0_wp
       !> Energy [J], or not a number.
       real(wp) :: energy = 0.0_wp
+      !> Kinetic energy, v^T M v/2 [J].
+      real(wp) :: kinetic = 0.0_wp
+      !> Work since the start [J] of what changes the energy: loads, dampers, drives, blows; or not a number.
+      real(wp) :: work = 0.0_wp
       !> Multipliers of Eqs (14): mu at the end of the last step before the state was replaced, lambda at the state: (c).
       real(wp), allocatable :: mu(:), lambda(:)
       !> Rank of A.
@@ -98,8 +103,12 @@ module taut_constrained_method
       !> Blows at breakpoints: how many, and the kinetic energy that they gave [J].
       integer :: blows = 0
       real(wp) :: energy_of_blows = 0.0_wp
+      !> Kinetic energy of velocities that are all 1, masses alone, where `sample` was [J].
+      real(wp) :: kinetic_of_unit = 0.0_wp
       type(blow_t), private :: blow
       real(wp), allocatable, private :: dydt(:), vdot(:)
+      !> M where `sample` was.
+      type(block_diagonal_t), private :: m
    contains
       procedure, non_overridable :: init
       procedure :: check_options => any_options
@@ -123,6 +132,8 @@ module taut_constrained_method
       procedure :: sample
       procedure :: serialize
       procedure :: serialize_own => nothing_to_serialize
+      procedure, non_overridable :: begin_balance
+      procedure, non_overridable :: find_power
       procedure, non_overridable :: is_at
       procedure, non_overridable :: find_violations
       procedure, non_overridable :: remember
@@ -149,6 +160,7 @@ contains
                 self%vdot(model%n), self%step_end%mu(model%c), source=0.0_wp)
       call self%projector%init(self%model, method)
       call self%mass%init(self%model)
+      call self%m%init(self%model%mass_blocks)
       call self%set_up(error)
       allocate (self%dydt(self%size()), source=0.0_wp)
       self%coordinates = model%n_x
@@ -336,6 +348,28 @@ contains
       end if
       call self%project(t, y, inside_step, stale, info)
    end subroutine strike
+
+   !> Energy is balanced if the system states it and the power of what changes it.
+   subroutine begin_balance(self, at)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Initial state.
+      type(state_t), intent(in) :: at
+
+      self%blows = 0
+      self%energy_of_blows = 0.0_wp
+      self%has_integral = ieee_is_finite(self%model%energy(at)) .and. ieee_is_finite(self%model%power(at))
+   end subroutine begin_balance
+
+   !> Power of what changes the energy, at the state of an evaluation: that of the system's own, and of its drives, -lambda^T b'.
+   subroutine find_power(self, b_prime)
+      !> The formulation, with lambda in place.
+      class(constrained_ode_t), intent(inout) :: self
+      !> b': (c).
+      real(wp), intent(in), contiguous :: b_prime(:)
+
+      self%integrand = self%model%power(self%at) - dot_product(self%lambda, b_prime)
+   end subroutine find_power
 
    !> phi and phidot at the state as it is, with A in place.
    subroutine find_violations(self)
@@ -528,6 +562,12 @@ contains
          call projector%a%multiply(self%vdot, self%phidot, self%b_second)
          s%phiddot = largest(self%phidot)
          s%energy = model%energy(self%at)
+         call model%mass(self%at, self%m)
+         call self%m%multiply(self%at%v, self%vdot)
+         s%kinetic = 0.5_wp*dot_product(self%at%v, self%vdot)
+         self%kinetic_of_unit = 0.5_wp*self%m%trace()
+         s%work = self%integral + self%energy_of_blows
+         if (.not. self%has_integral) s%work = ieee_value(s%work, ieee_quiet_nan)
          select type (model => self%model)
          class is (tabulated_system_t)
             if (.not. allocated(s%outputs)) allocate (s%outputs(model%n_outputs), source=0.0_wp)
@@ -572,6 +612,7 @@ contains
       call archive%item('phidot before projection', self%step_end%phidot)
       call archive%item('mu before projection', self%step_end%mu)
       call archive%item('projection iterations', self%projector%iterations)
+      call archive%item('balances energy', self%has_integral)
       call archive%item('blows', self%blows)
       call archive%item('energy of blows', self%energy_of_blows)
       call self%projector%serialize(archive)

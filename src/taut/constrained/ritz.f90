@@ -36,6 +36,7 @@ module taut_constrained_ritz
       procedure :: acceleration_rhs
       procedure :: w_rate
       procedure :: energy
+      procedure :: power
       procedure :: breakpoints
       procedure :: enforce
       procedure :: output_name
@@ -265,6 +266,18 @@ contains
 
       times = self%full%breakpoints()
    end function breakpoints
+
+   !> Power of the full system.
+   function power(self, at)
+      !> The reduced system.
+      class(ritz_t), intent(in) :: self
+      !> The state; all of it may be used.
+      type(state_t), intent(in) :: at
+      !> The power [W].
+      real(wp) :: power
+
+      power = self%full%power(self%full_state(at))
+   end function power
 
    !> Tells the full system whether the constraints are enforced.
    subroutine enforce(self, yes)

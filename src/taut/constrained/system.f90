@@ -84,6 +84,8 @@ module taut_constrained_system
       procedure :: enforce => remember_enforced
       !> Total energy [J]; by default not known.
       procedure :: energy => no_energy
+      !> Power of the forces that `energy` does not contain: loads, dampers, motors [W]; by default not known.
+      procedure :: power => no_power
       !> Times at which a load or a drive has a kink or a jump; by default none.
       procedure :: breakpoints => no_breakpoints
       !> What only the system itself can say is wrong with it; by default nothing.
@@ -265,6 +267,16 @@ module taut_constrained_system
          !> Energy [J].
          real(wp) :: energy
       end function no_energy
+
+      !> Power of the forces that `energy` does not contain; the default, 'unknown', is not a number.
+      module function no_power(self, at) result(power)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> The state; all of it may be used.
+         type(state_t), intent(in) :: at
+         !> Power [W].
+         real(wp) :: power
+      end function no_power
 
       !> Times at which a load or a drive has a kink or a jump; the default has none.
       module function no_breakpoints(self) result(times)

@@ -36,6 +36,7 @@ module taut_linalg_block_diagonal
       procedure :: set_block
       procedure :: set_dense
       procedure :: dense
+      procedure :: trace
       procedure :: factorize
       procedure :: solve
       procedure :: solve_lower
@@ -171,6 +172,21 @@ contains
          k(f:l, f:l) = reshape(self%values(self%offset(b) + 1:self%offset(b + 1)), [s, s])
       end do
    end function dense
+
+   !> The sum of the diagonal.
+   pure real(wp) function trace(self)
+      !> The matrix.
+      class(block_diagonal_t), intent(in) :: self
+      integer :: b, i, s
+
+      trace = 0.0_wp
+      do b = 1, size(self%first) - 1
+         s = self%first(b + 1) - self%first(b)
+         do i = 1, s
+            trace = trace + self%values(self%offset(b) + (i - 1)*s + i)
+         end do
+      end do
+   end function trace
 
    !> Factorizes every block.
    subroutine factorize(self, info)

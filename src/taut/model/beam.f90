@@ -6,8 +6,8 @@ module taut_model_beam
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
-   use taut_model_beam_element, only: beam_element_t, element_energy, element_rows, element_strain, internal_loads, &
-                                      new_element
+   use taut_model_beam_element, only: beam_element_t, dissipated_power, element_energy, element_rows, element_strain, &
+                                      internal_loads, new_element
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_beam_section, only: beam_section_t, corrected_stiffness
    use taut_model_nodes, only: nodal_system_t
@@ -26,6 +26,7 @@ module taut_model_beam
       procedure :: strain
       procedure :: strain_energy
       procedure :: energy => total_energy
+      procedure :: power
       procedure :: coupling
       procedure :: elastic_pattern
       procedure :: elastic_rows
@@ -283,5 +284,22 @@ contains
 
       energy = self%energy_without_strain(at) + self%strain_energy(at%x)
    end function total_energy
+
+   !> Power of the loads, less what the elements' damping takes [W].
+   function power(self, at)
+      !> The beam.
+      class(beam_t), intent(in) :: self
+      !> The state; all of it may be used.
+      type(state_t), intent(in) :: at
+      !> The power.
+      real(wp) :: power
+      integer :: i
+
+      power = self%power_of_loads(at)
+      do i = 1, size(self%elements)
+         power = power - dissipated_power(self%elements(i), at%x(7*i - 6:7*i - 4), at%x(7*i - 3:7*i), at%v(6*i - 5:6*i), &
+                                          at%x(7*i + 1:7*i + 3), at%x(7*i + 4:7*i + 7), at%v(6*i + 1:6*i + 6))
+      end do
+   end function power
 
 end module taut_model_beam

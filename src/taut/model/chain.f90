@@ -27,6 +27,7 @@ module taut_model_chain
       procedure :: jacobian_entries
       procedure :: acceleration_rhs
       procedure :: energy
+      procedure :: power
       procedure :: x_name
       procedure :: start
    end type chain_t
@@ -221,6 +222,20 @@ contains
          energy = energy + self%m(i)*(0.5_wp*(at%v(2*i - 1)**2 + at%v(2*i)**2) + self%g*at%x(2*i))
       end do
    end function energy
+
+   !> None: the energy contains all forces.
+   function power(self, at)
+      !> The chain.
+      class(chain_t), intent(in) :: self
+      !> The state at which it is evaluated.
+      type(state_t), intent(in) :: at
+      !> Zero [W].
+      real(wp) :: power
+
+      power = 0.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end function power
 
    !> x1, z1, x2, ...
    function x_name(self, i) result(name)

@@ -56,6 +56,7 @@ module taut_model_helicopter
       procedure :: velocity_rhs
       procedure :: acceleration_rhs
       procedure :: energy
+      procedure :: power
       procedure :: control_moment
       procedure :: x_name
       procedure :: v_name
@@ -150,16 +151,27 @@ contains
       type(state_t), intent(in) :: at
       !> The moments about flap and pitch: (2).
       real(wp), intent(out) :: value(:)
-      real(wp) :: m_beta, m_theta
+      real(wp) :: moment(2)
 
-      associate (d => self%data, beta => at%x(1), theta => at%x(2), beta_rate => at%v(1))
-         m_beta = -d%gamma/16.0_wp*d%omega*d%i_b*beta_rate + d%m_beta0 + d%m_beta1*cos(d%omega*at%t + d%phi_beta1)
-         m_theta = d%m_theta0 + d%m_theta1*cos(d%omega*at%t + d%phi_theta1)
-         value(1) = m_beta - d%omega**2*(d%i_b*self%nu_beta**2*beta - d%i_x*theta)
-         value(2) = m_theta - d%omega**2*(d%i_f*theta - d%i_x*beta)
+      moment = outer_moments(self, at)
+      associate (d => self%data, beta => at%x(1), theta => at%x(2))
+         value(1) = moment(1) - d%omega**2*(d%i_b*self%nu_beta**2*beta - d%i_x*theta)
+         value(2) = moment(2) - d%omega**2*(d%i_f*theta - d%i_x*beta)
       end associate
-      if (.not. self%enforced) value(2) = value(2) + self%control_moment(at)
    end subroutine force
+
+   !> Damping, moments, and the control system where it is not the constraint: what has no potential.
+   pure function outer_moments(self, at) result(moment)
+      class(helicopter_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp) :: moment(2)
+
+      associate (d => self%data, beta_rate => at%v(1))
+         moment(1) = -d%gamma/16.0_wp*d%omega*d%i_b*beta_rate + d%m_beta0 + d%m_beta1*cos(d%omega*at%t + d%phi_beta1)
+         moment(2) = d%m_theta0 + d%m_theta1*cos(d%omega*at%t + d%phi_theta1)
+      end associate
+      if (.not. self%enforced) moment(2) = moment(2) + self%control_moment(at)
+   end function outer_moments
 
    !> K_c (theta_c - theta - K_p beta) [N m], Eq. (30b): the control system's stiffness instead of the constraint.
    !!
@@ -312,6 +324,20 @@ contains
                   + d%omega**2*(0.5_wp*(d%i_b*self%nu_beta**2*beta**2 + d%i_f*theta**2) - d%i_x*beta*theta)
       end associate
    end function energy
+
+   !> Power of the moments and, where it is not the constraint, of the control system [W]: of all that `energy` does not contain.
+   function power(self, at)
+      !> The blade.
+      class(helicopter_t), intent(in) :: self
+      !> The state; its x, v and t are used.
+      type(state_t), intent(in) :: at
+      !> The power.
+      real(wp) :: power
+      real(wp) :: moment(2)
+
+      moment = outer_moments(self, at)
+      power = dot_product(moment, at%v)
+   end function power
 
    !> beta or theta.
    function x_name(self, i) result(name)

@@ -119,6 +119,7 @@ module taut_model_mechanism
       procedure :: elastic_rows
       procedure :: elastic_stiffness
       procedure :: energy
+      procedure :: power
       procedure :: output_name
       procedure :: outputs
       procedure :: quantities
@@ -417,6 +418,18 @@ module taut_model_mechanism
          !> The energy [J].
          real(wp) :: energy
       end function energy
+   end interface
+
+   interface
+      !> Power of loads and dampers; where the energy contains everything, zero.
+      module function power(self, at)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The state; its t, x and v are used.
+         type(state_t), intent(in) :: at
+         !> The power [W].
+         real(wp) :: power
+      end function power
    end interface
 
    ! What of it is stiff, for implicit integrators: springs with a stiffness and beams are elastic rows.

@@ -59,6 +59,7 @@ module taut_model_modal_body
       procedure :: jacobian
       procedure :: acceleration_rhs
       procedure :: energy
+      procedure :: power
       procedure :: breakpoints
       procedure :: node_position
       procedure :: link
@@ -421,6 +422,27 @@ contains
          energy = energy + 0.5_wp*dot_product(rate, matmul(self%inertia(:, :, i), rate))
       end do
    end function energy
+
+   !> Power of the loads, less what the damping of the shapes takes [W].
+   function power(self, at)
+      !> The body.
+      class(modal_body_t), intent(in) :: self
+      !> The state; all of it may be used.
+      type(state_t), intent(in) :: at
+      !> The power.
+      real(wp) :: power
+      real(wp) :: total(6)
+      integer :: i, k
+
+      power = -self%damping*dot_product(at%v(7:), matmul(self%stiffness, at%v(7:)))
+      do k = 1, size(self%loads)
+         i = self%loads(k)%node
+         total = 0.0_wp
+         call self%loads(k)%add_to(at%t, total)
+         power = power + dot_product(total(1:3), node_velocity(self, at, i)) + &
+                 dot_product(turned_back(matrix_of_quaternion(at%x(4:7)), total(4:6)), angular_velocity(self, at, i))
+      end do
+   end function power
 
    !> Kinks and jumps of the loads.
    function breakpoints(self) result(times)

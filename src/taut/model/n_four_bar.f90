@@ -32,6 +32,7 @@ module taut_model_n_four_bar
       procedure :: jacobian_entries
       procedure :: acceleration_rhs
       procedure :: energy
+      procedure :: power
       procedure :: x_name
       procedure :: start
    end type n_four_bar_t
@@ -253,6 +254,20 @@ contains
       call self%force(at, f)
       energy = 0.5_wp*sum(m%values*at%v**2) - dot_product(f, at%x)
    end function energy
+
+   !> None: the energy contains all forces.
+   function power(self, at)
+      !> The mechanism.
+      class(n_four_bar_t), intent(in) :: self
+      !> The state at which it is evaluated.
+      type(state_t), intent(in) :: at
+      !> Zero [W].
+      real(wp) :: power
+
+      power = 0.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end function power
 
    !> Bx0, Bz0, Cx1, Cz1, Bx1, ... (tips and centers).
    function x_name(self, i) result(name)

@@ -48,6 +48,8 @@ module taut_model_nodes
       procedure :: acceleration_rhs
       procedure :: energy => energy_without_strain
       procedure :: energy_without_strain
+      procedure :: power => power_of_loads
+      procedure :: power_of_loads
       procedure :: breakpoints
       procedure :: resize
       procedure, private :: add_constraint
@@ -439,6 +441,27 @@ contains
          end associate
       end do
    end function energy_without_strain
+
+   !> Power of the loads [W].
+   function power_of_loads(self, at) result(power)
+      !> The system.
+      class(nodal_system_t), intent(in) :: self
+      !> The state; all of it may be used.
+      type(state_t), intent(in) :: at
+      !> The power.
+      real(wp) :: power
+      real(wp) :: total(6)
+      integer :: i, k
+
+      power = 0.0_wp
+      do k = 1, size(self%loads)
+         i = self%loads(k)%node
+         total = 0.0_wp
+         call self%loads(k)%add_to(at%t, total)
+         total(4:6) = rotate_back(at%x(7*i - 3:7*i), total(4:6))
+         power = power + dot_product(total, at%v(6*i - 5:6*i))
+      end do
+   end function power_of_loads
 
    !> The times at which a load has a kink.
    function breakpoints(self) result(times)

@@ -21,6 +21,7 @@ module taut_model_pendulum
       procedure :: jacobian
       procedure :: acceleration_rhs
       procedure :: energy
+      procedure :: power
       procedure :: x_name
    end type pendulum_t
 
@@ -147,6 +148,20 @@ contains
 
       energy = self%m*(0.5_wp*(at%v(1)**2 + at%v(2)**2) + self%g*at%x(2))
    end function energy
+
+   !> None: the energy contains all forces.
+   function power(self, at)
+      !> The pendulum.
+      class(pendulum_t), intent(in) :: self
+      !> The state at which it is evaluated.
+      type(state_t), intent(in) :: at
+      !> Zero [W].
+      real(wp) :: power
+
+      power = 0.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end function power
 
    !> x or z.
    function x_name(self, i) result(name)

@@ -56,6 +56,7 @@ module taut_model_rigid_bodies
       procedure :: jacobian
       procedure :: acceleration_rhs
       procedure :: energy
+      procedure :: power
    end type rigid_bodies_t
 
 contains
@@ -307,5 +308,19 @@ contains
          end associate
       end do
    end function energy
+
+   !> None: the energy contains all forces.
+   function power(self, at)
+      !> The bodies.
+      class(rigid_bodies_t), intent(in) :: self
+      !> The state at which it is evaluated.
+      type(state_t), intent(in) :: at
+      !> Zero [W].
+      real(wp) :: power
+
+      power = 0.0_wp
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end function power
 
 end module taut_model_rigid_bodies

@@ -107,6 +107,9 @@ contains
       if (allocated(result%error)) return
       self%step%direction = sign(1.0_wp, t_end - t)
       self%step%t = t
+      ode%has_integral = ode%has_integral .and. self%step%stepper%takes_integral
+      self%step%integral = 0.0_wp
+      self%step%integral_error = 0.0_wp
       self%step%stepper%work = work_t()
       self%t_start = t
       self%step%y(:) = y
@@ -230,6 +233,8 @@ contains
       if (present(observer) .and. result%status /= status_interrupted) call observer%finish()
       t = self%step%t
       y(:) = self%step%y
+      ode%integral = self%step%integral
+      ode%integral_error = self%step%integral_error
       result%t = t
       associate (work => self%step%stepper%work)
          result%rhs_evaluations = work%rhs
@@ -404,17 +409,18 @@ contains
                call step%interpolate(ode, t_shown, info)
                if (info /= rhs_ok) call fail(ode, info, t_shown, result)
                if (result%status /= status_not_started) return
-               call show(ode, t_shown, step%h_tried, step%y_inside, result, observer)
+               call show(self%step, ode, t_shown, step%h_tried, step%y_inside, result, observer)
                if (result%status /= status_not_started) return
             end do
          end if
 
          if (terminal > 0) then
+            step%integral = step%integral_at(t_last)
             step%t = t_last
             step%y(:) = result%events(terminal)%y
             result%status = status_event
             if (present(observer) .and. shows_end(self, t_last)) &
-               call show(ode, step%t, step%h_tried, step%y, result, observer)
+               call show(self%step, ode, step%t, step%h_tried, step%y, result, observer)
             return
          end if
          if (.not. present(observer)) return
@@ -426,8 +432,9 @@ contains
                return
             end if
          end if
-         call show(ode, step%t_new, step%h_tried, step%y_new, result, observer)
+         call show(self%step, ode, step%t_new, step%h_tried, step%y_new, result, observer)
          if (result%status /= status_not_started) then
+            step%integral = ode%integral
             step%t = step%t_new
             step%y(:) = step%y_new
          end if
@@ -445,7 +452,7 @@ contains
          if (abs(next_output(self) - self%step%t) > 0.0_wp) return
          self%outputs = 1
       end if
-      call show(ode, self%step%t, 0.0_wp, self%step%y, result, observer)
+      call show(self%step, ode, self%step%t, 0.0_wp, self%step%y, result, observer)
    end subroutine show_start
 
    !> Whether output points are at times that are known beforehand.
@@ -505,7 +512,8 @@ contains
    end subroutine keep_places
 
    !> Hands a point to the observer.
-   subroutine show(ode, t, h, y, result, observer)
+   subroutine show(step, ode, t, h, y, result, observer)
+      type(step_t), intent(in) :: step
       class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: t, h
       real(wp), intent(in), contiguous :: y(:)
@@ -513,6 +521,8 @@ contains
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable :: error
 
+      ode%integral = step%integral_at(t)
+      ode%integral_error = step%integral_error + step%stepper%gain_error
       call observer%observe(ode, t, h, y, error)
       if (.not. allocated(error)) return
       result%status = status_output_failed

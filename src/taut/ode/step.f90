@@ -18,6 +18,10 @@ module taut_ode_step
       real(wp) :: t = 0.0_wp, h = 0.0_wp
       !> End and length of the last try [s].
       real(wp) :: t_new = 0.0_wp, h_tried = 0.0_wp
+      !> The integral that goes along with the system, at `t`.
+      real(wp) :: integral = 0.0_wp
+      !> How far it may be off.
+      real(wp) :: integral_error = 0.0_wp
       !> 1 forwards, -1 backwards.
       real(wp) :: direction = 1.0_wp
       !> State at `t`; state at the end of the last try; state inside it, by `interpolate`: (n).
@@ -40,6 +44,7 @@ module taut_ode_step
       procedure :: try
       procedure :: accept
       procedure :: interpolate
+      procedure :: integral_at
       procedure :: serialize
    end type step_t
 
@@ -178,6 +183,8 @@ contains
 
       self%t = self%t_new
       self%h = h_next
+      self%integral = self%integral + self%stepper%gain
+      self%integral_error = self%integral_error + self%stepper%gain_error
       do i = 1, size(self%y)
          self%y(i) = self%y_new(i)
       end do
@@ -208,6 +215,22 @@ contains
       call ode%project(t, self%y_inside, inside_step, stale, info)
    end subroutine interpolate
 
+   !> The integral that goes along, at the start or the end of the try that holds, or, behind `interpolate`, inside it.
+   pure real(wp) function integral_at(self, t)
+      !> The step.
+      class(step_t), intent(in) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+
+      if (.not. abs(t - self%t) > 0.0_wp) then
+         integral_at = self%integral
+      else if (.not. abs(t - self%t_new) > 0.0_wp) then
+         integral_at = self%integral + self%stepper%gain
+      else
+         integral_at = self%integral + self%stepper%integral_inside(self%h_tried, (t - self%t)/self%h_tried)
+      end if
+   end function integral_at
+
    !> Passes through an archive what is remembered between two steps.
    subroutine serialize(self, archive)
       !> The step, initialized.
@@ -221,6 +244,8 @@ contains
       call archive%item('lower bound of t', self%t_low)
       call archive%item('upper bound of t', self%t_high)
       call archive%item('y', self%y)
+      call archive%item('integral', self%integral)
+      call archive%item('error of the integral', self%integral_error)
       call self%control%serialize(archive)
       call self%stepper%work%serialize(archive)
       call self%stepper%serialize(archive)

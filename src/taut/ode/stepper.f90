@@ -36,6 +36,12 @@ module taut_ode_stepper
       type(controller_constants_t) :: constants
       !> Whether the last steps were as long as stability allows and not accuracy, as far as the stepper looks for that.
       logical :: bound_by_stability = .false.
+      !> Whether an integral that goes along with the system is taken along.
+      logical :: takes_integral = .false.
+      !> The system's integrand at the start and at the end of the last try that holds, and its integral in between.
+      real(wp) :: integrand_before = 0.0_wp, integrand_behind = 0.0_wp, gain = 0.0_wp
+      !> How far that may be off, by an estimate of lower order.
+      real(wp) :: gain_error = 0.0_wp
       !> Its work so far.
       type(work_t) :: work
    contains
@@ -47,6 +53,7 @@ module taut_ode_stepper
       procedure(get_dense), deferred :: prepare_dense
       procedure(dense_output), deferred :: interpolate
       procedure(pass), deferred :: serialize
+      procedure :: integral_inside => cubic_integral
       procedure, non_overridable :: evaluate
    end type stepper_t
 
@@ -179,6 +186,22 @@ module taut_ode_stepper
    end interface
 
 contains
+
+   !> The integral that goes along, from the step's start to a fraction of it: here the cubic that fits the values and the integrands
+   !! at both ends.
+   pure function cubic_integral(self, h, theta) result(value)
+      !> The stepper, behind `prepare_dense`.
+      class(stepper_t), intent(in) :: self
+      !> The step's length [s].
+      real(wp), intent(in) :: h
+      !> Fraction of the step, 0 at its start and 1 at its end.
+      real(wp), intent(in) :: theta
+      !> The integral, zero at the step's start.
+      real(wp) :: value
+
+      value = theta**2*(3.0_wp - 2.0_wp*theta)*self%gain + &
+              h*theta*(1.0_wp - theta)*((1.0_wp - theta)*self%integrand_before - theta*self%integrand_behind)
+   end function cubic_integral
 
    !> One evaluation of the right-hand side, inside two breakpoints, with entries that are not finite answered by `rhs_not_finite`.
    subroutine evaluate(self, ode, t, y, dydt, info)

@@ -44,6 +44,13 @@ module taut_ode_system
       !> Whether the right-hand side F satisfies F(P(y)) = F(y), with P what `project` does: then an evaluation at a new state holds
       !! for the projected one too, and `project` may follow it at no cost. Else a new state is projected first.
       logical :: rhs_projects = .true.
+      !> A quantity whose integral over time goes along, such as a power: whether there is one; its value, which `rhs` finds; and
+      !! its integral since the start, which the integrator keeps, with the stepper's weights and no part in the error, and tells
+      !! before a state is shown.
+      logical :: has_integral = .false.
+      real(wp) :: integrand = 0.0_wp, integral = 0.0_wp
+      !> How far the integral may be off: the sum of the steps' estimates.
+      real(wp) :: integral_error = 0.0_wp
       !> Times between which the system is looked at [s], set by the integrator: inside two breakpoints, where a load or a drive
       !! may jump. A state at a breakpoint belongs to the stretch before it, until the next one begins.
       real(wp) :: t_low = -huge(1.0_wp), t_high = huge(1.0_wp)

@@ -67,6 +67,10 @@ contains
          end if
          call self%coordinate_rate(xdot, info)
          if (info == rhs_ok .and. model%n_w > 0) call model%w_rate(at, wdot)
+         if (self%has_integral) then
+            call model%velocity_rhs(at, self%phidot)
+            call self%find_power(self%phidot)
+         end if
       end associate
    end subroutine rhs
 

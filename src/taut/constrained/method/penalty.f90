@@ -66,6 +66,8 @@ contains
          call self%mass%accelerate(projector, self%force, dydt(n_x + 1:last_v))
          call model%x_rate(at, at%v, dydt(:n_x))
          if (model%n_w > 0) call model%w_rate(at, dydt(last_v + 1:))
+         ! The energy does not contain that of the springs: all that they do is work, A v = phidot + b'.
+         if (self%has_integral) call self%find_power(self%phidot + projector%b_prime)
       end associate
    end subroutine rhs
 

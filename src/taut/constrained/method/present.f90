@@ -94,6 +94,7 @@ contains
          ! (i) the original system, with corrected velocity and acceleration
          call model%x_rate(at, at%v, xdot)
          if (model%n_w > 0) call model%w_rate(at, wdot)
+         if (self%has_integral) call self%find_power(projector%b_prime)
       end associate
    end subroutine rhs
 

@@ -54,6 +54,7 @@ contains
          call self%mass%accelerate(self%projector, self%force, dydt(n_x + 1:last_v))
          call model%x_rate(at, at%v, dydt(:n_x))
          if (model%n_w > 0) call model%w_rate(at, dydt(last_v + 1:))
+         if (self%has_integral) self%integrand = model%power(at)
       end associate
    end subroutine rhs
 

@@ -89,6 +89,7 @@ contains
       self%nu = cmplx(self%gamma/self%beta, 0.0_wp, wp)
       self%stabilized = stabilized
       self%order = 2
+      self%takes_integral = .true.
       self%constants = controller_constants_t(exponent=0.7_wp/3.0_wp, memory=0.3_wp/3.0_wp)
    end subroutine new_generalized_alpha
 
@@ -147,6 +148,7 @@ contains
 
       call meet_system(self, ode)
       call self%newton%equations%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, info)
+      self%integrand_behind = ode%integrand
       call self%newton%count(self%work)
       call self%newton%forget()
       self%rate(:) = self%ydot(self%n_x + 1:)
@@ -203,6 +205,7 @@ contains
       !> `rhs_ok`, or why there is no new state.
       integer, intent(out) :: info
       logical :: converged, stale
+      real(wp) :: integrand
 
       accepted = .false.
       h_next = h
@@ -224,6 +227,7 @@ contains
             return
          end if
          call iterate(self, ode, control, t_new, y, h, converged, info)
+         integrand = ode%integrand
          call self%newton%count(self%work)
          if (converged) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
@@ -249,6 +253,11 @@ contains
          return
       end if
       self%h_try = h
+      ! The trapezoidal rule is of the method's order.
+      self%integrand_before = self%integrand_behind
+      self%integrand_behind = integrand
+      self%gain = 0.5_wp*h*(self%integrand_before + self%integrand_behind)
+      self%gain_error = abs(h*(self%integrand_behind - self%integrand_before))/6.0_wp
       associate (unused_start => t)
       end associate
    end subroutine try
@@ -477,6 +486,7 @@ contains
       call archive%item('longest step', self%cap)
       call archive%item('has history', self%has_history)
       call archive%item('knows z', self%knows_z)
+      call archive%item('integrand', self%integrand_behind)
       call archive%list('rates', self%rate)
       call archive%list('a', self%a)
       call archive%list('z', self%z)

@@ -132,6 +132,13 @@ contains
       end associate
    end procedure no_energy
 
+   !> Power of the forces that energy does not contain; the default, 'unknown', is not a number.
+   module procedure no_power
+      power = ieee_value(power, ieee_quiet_nan)
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end procedure no_power
+
    !> Times at which a load or a drive has a kink or a jump; the default has none.
    module procedure no_breakpoints
       allocate (times(0))

@@ -12,7 +12,7 @@ module taut_model_beam_element
    use taut_rotation, only: cross, quaternion_of_vector, right_tangent, right_tangent_inverse, rotate, rotate_back
    implicit none (type, external)
    private
-   public :: beam_element_t, new_element, internal_loads, element_strain, element_energy, element_rows
+   public :: beam_element_t, new_element, internal_loads, element_strain, element_energy, element_rows, dissipated_power
 
    !> An element.
    type :: beam_element_t
@@ -278,5 +278,32 @@ contains
       strain = element_strain(self, x_1, q_1, x_2, q_2)
       energy = 0.5_wp*self%l*dot_product(strain, matmul(self%stiffness, strain))
    end function element_energy
+
+   !> What viscous damping takes [W].
+   pure function dissipated_power(self, x_1, q_1, v_1, x_2, q_2, v_2) result(power)
+      !> The element.
+      type(beam_element_t), intent(in) :: self
+      !> Position of the first node [m].
+      real(wp), intent(in) :: x_1(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_1(4)
+      !> Its velocity, linear in global and angular in body axes.
+      real(wp), intent(in) :: v_1(6)
+      !> Position of the second node [m].
+      real(wp), intent(in) :: x_2(3)
+      !> Its orientation: unit quaternion.
+      real(wp), intent(in) :: q_2(4)
+      !> Its velocity.
+      real(wp), intent(in) :: v_2(6)
+      !> The power.
+      real(wp) :: power
+      real(wp) :: r(3, 3), rate(6), strain(6)
+
+      power = 0.0_wp
+      if (.not. self%damping > 0.0_wp) return
+      call half_way(self%l, x_1, q_1, x_2, q_2, r, strain)
+      call gradient_rate(self%l, x_2 - x_1, v_1, v_2, r, strain, rate)
+      power = self%l*self%damping*dot_product(rate, matmul(self%stiffness, rate))
+   end function dissipated_power
 
 end module taut_model_beam_element

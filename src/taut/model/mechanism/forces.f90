@@ -1,6 +1,6 @@
 !> Forces of a mechanism and their energy: gravity, loads, springs and dampers, beams.
 submodule(taut_model_mechanism) taut_model_mechanism_forces
-   use taut_model_beam_element, only: element_energy, internal_loads
+   use taut_model_beam_element, only: dissipated_power, element_energy, internal_loads
    use taut_model_mechanism_body, only: point_motion, turned
    use taut_model_mechanism_joint, only: joint_angle_rate
    implicit none (type, external)
@@ -67,6 +67,41 @@ contains
          end associate
       end do
    end procedure energy
+
+   !> Power of loads and dampers.
+   module procedure power
+      type(pose_t) :: one, two
+      real(wp) :: direction(3), f(self%n), length, rate
+      integer :: body_1, body_2, i
+
+      power = 0.0_wp
+      if (size(self%loads) > 0) then
+         f(:) = 0.0_wp
+         do i = 1, size(self%loads)
+            call add_load(self, self%loads(i), at, f)
+         end do
+         power = dot_product(f, at%v)
+      end if
+      do i = 1, size(self%springs)
+         associate (spring => self%springs(i))
+            if (.not. spring%damping > 0.0_wp) cycle
+            call spring_bodies(self, spring, body_1, body_2)
+            call self%pose_of(at, body_1, one)
+            call self%pose_of(at, body_2, two)
+            call spring_motion(self, at, spring, one, two, length, rate, direction)
+            power = power - spring%damping*rate**2
+         end associate
+      end do
+      do i = 1, size(self%elements)
+         associate (element => self%elements(i)%element, body_1 => self%bodies(self%elements(i)%body_1), &
+                    body_2 => self%bodies(self%elements(i)%body_2))
+            associate (x_1 => body_1%before_x, x_2 => body_2%before_x, v_1 => body_1%before_v, v_2 => body_2%before_v)
+               power = power - dissipated_power(element, at%x(x_1 + 1:x_1 + 3), at%x(x_1 + 4:x_1 + 7), at%v(v_1 + 1:v_1 + 6), &
+                                                at%x(x_2 + 1:x_2 + 3), at%x(x_2 + 4:x_2 + 7), at%v(v_2 + 1:v_2 + 6))
+            end associate
+         end associate
+      end do
+   end procedure power
 
    !> Adds a force or a moment.
    subroutine add_load(self, load, at, f)

@@ -106,10 +106,13 @@ module taut_ode_stepper_dop853
    !> The pair; the parts of its continuous extension: (n, 8).
    type, extends(explicit_pair_t) :: dop853_t
       real(wp), allocatable, private :: dense(:, :), y_stage(:)
+      !> Those of the integral that goes along.
+      real(wp), private :: dense_integral(8) = 0.0_wp
    contains
       procedure :: init
       procedure :: prepare_dense
       procedure :: interpolate
+      procedure :: integral_inside
       procedure, nopass :: estimate
    end type dop853_t
 
@@ -176,7 +179,16 @@ contains
          call self%stage_state(i, h, y, self%y_stage)
          call self%evaluate(ode, t + node(i)*h, self%y_stage, self%k(:, i), info)
          if (info /= rhs_ok) return
+         self%integrand(1, i) = ode%integrand
       end do
+      associate (q => self%integrand(1, :), parts => self%dense_integral)
+         parts(2) = self%gain
+         parts(3) = h*q(1) - self%gain
+         parts(4) = self%gain - h*q(stages) - parts(3)
+         do l = 1, 4
+            parts(4 + l) = h*dot_product(d(:, l), q(:all_stages))
+         end do
+      end associate
       associate (k => self%k, dense => self%dense)
          dense(:, 1) = y
          dense(:, 2) = y_new - y
@@ -213,5 +225,26 @@ contains
          end do
       end associate
    end subroutine interpolate
+
+   !> The continuous extension of the integral that goes along.
+   pure function integral_inside(self, h, theta) result(value)
+      !> The pair, behind `prepare_dense`.
+      class(dop853_t), intent(in) :: self
+      !> The step's length: not asked.
+      real(wp), intent(in) :: h
+      !> Fraction of the step.
+      real(wp), intent(in) :: theta
+      !> The integral, zero at the step's start.
+      real(wp) :: value
+      real(wp) :: rest
+
+      rest = 1.0_wp - theta
+      associate (parts => self%dense_integral)
+         value = theta*(parts(2) + rest*(parts(3) + theta*(parts(4) + rest*( &
+                 parts(5) + theta*(parts(6) + rest*(parts(7) + theta*parts(8)))))))
+      end associate
+      associate (unused_step => h)
+      end associate
+   end function integral_inside
 
 end module taut_ode_stepper_dop853

@@ -45,10 +45,13 @@ module taut_ode_stepper_dormand_prince
    !> The pair; the parts of its continuous extension: (n, 5).
    type, extends(explicit_pair_t) :: dormand_prince_t
       real(wp), allocatable, private :: dense(:, :)
+      !> Those of the integral that goes along.
+      real(wp), private :: dense_integral(5) = 0.0_wp
    contains
       procedure :: init
       procedure :: prepare_dense
       procedure :: interpolate
+      procedure :: integral_inside
       procedure, nopass :: estimate
    end type dormand_prince_t
 
@@ -118,6 +121,12 @@ contains
             dense(i, 5) = h*(d(1)*k(i, 1) + d(3)*k(i, 3) + d(4)*k(i, 4) + d(5)*k(i, 5) + d(6)*k(i, 6) + d(7)*k(i, 7))
          end do
       end associate
+      associate (q => self%integrand(1, :), parts => self%dense_integral)
+         parts(2) = self%gain
+         parts(3) = h*q(1) - self%gain
+         parts(4) = self%gain - h*q(stages) - parts(3)
+         parts(5) = h*dot_product(d, q(:stages))
+      end associate
       associate (unused_system => ode, unused_start => t, unused_end => t_new)
       end associate
    end subroutine prepare_dense
@@ -140,5 +149,25 @@ contains
          end do
       end associate
    end subroutine interpolate
+
+   !> The continuous extension of the integral that goes along.
+   pure function integral_inside(self, h, theta) result(value)
+      !> The pair, behind `prepare_dense`.
+      class(dormand_prince_t), intent(in) :: self
+      !> The step's length: not asked.
+      real(wp), intent(in) :: h
+      !> Fraction of the step.
+      real(wp), intent(in) :: theta
+      !> The integral, zero at the step's start.
+      real(wp) :: value
+      real(wp) :: rest
+
+      rest = 1.0_wp - theta
+      associate (parts => self%dense_integral)
+         value = theta*(parts(2) + rest*(parts(3) + theta*(parts(4) + rest*parts(5))))
+      end associate
+      associate (unused_step => h)
+      end associate
+   end function integral_inside
 
 end module taut_ode_stepper_dormand_prince

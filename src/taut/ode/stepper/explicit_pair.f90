@@ -14,7 +14,7 @@ module taut_ode_stepper_explicit_pair
 
    !> Room for tableaus, in which the hot loops find their coefficients faster than in allocatable arrays; and the terms that
    !! are summed in one loop.
-   integer, parameter :: most_stages = 16, most_terms = 14, at_once = 6
+   integer, parameter :: most_stages = 16, most_terms = 14, at_once = 6, most_estimates = 2
 
    !> A step is looked at so often for its stability, and each one where one was found bound by it; so many of them make a
    !! verdict, unless so many others come between.
@@ -33,6 +33,8 @@ module taut_ode_stepper_explicit_pair
       !> Estimates of the local error, see `step_control_t%decide`: (n, estimates).
       real(wp), allocatable :: error(:, :)
       real(wp), allocatable, private :: y_work(:), y_later(:), y_last_stage(:)
+      !> The system's integrand at the stages, and at those of the continuous extension behind them.
+      real(wp) :: integrand(1, most_stages) = 0.0_wp
       !> Steps since the last look; steps found bound by stability, and others since.
       integer, private :: unseen = 0, bound = 0, free = 0
       !> Coefficients a_ij that are not zero, how many there are for stage i, and their j.
@@ -82,6 +84,7 @@ contains
       integer :: i, j
 
       self%n = n
+      self%takes_integral = .true.
       self%stages = stages
       self%node = node
       do i = 1, size(node)
@@ -168,6 +171,7 @@ contains
       self%free = 0
       self%bound_by_stability = .false.
       call self%evaluate(ode, t, y, self%k(:, 1), info)
+      self%integrand(1, 1) = ode%integrand
    end subroutine start
 
    !> Length of the first step by an Euler step, which tells the second derivative.
@@ -276,6 +280,7 @@ contains
          end if
          call self%evaluate(ode, t_stage, y_new, self%k(:, i), info)
          if (info /= rhs_ok) return
+         self%integrand(1, i) = ode%integrand
       end do
       call self%estimate(h, self%k, self%error)
       if (control%aware_of_projection) then
@@ -299,8 +304,30 @@ contains
          call control%reduce(h_next)
          return
       end if
-      if (stale) call self%evaluate(ode, t_new, y_new, self%k(:, self%stages), info)
+      if (stale) then
+         call self%evaluate(ode, t_new, y_new, self%k(:, self%stages), info)
+         self%integrand(1, self%stages) = ode%integrand
+      end if
+      if (ode%has_integral) call integrate_along(self, h)
    end subroutine take
+
+   !> The integral over the step, with the weights of the solution.
+   pure subroutine integrate_along(self, h)
+      class(explicit_pair_t), intent(inout) :: self
+      real(wp), intent(in) :: h
+      real(wp) :: error(1, most_estimates)
+      integer :: m
+
+      self%integrand_before = self%integrand(1, 1)
+      self%integrand_behind = self%integrand(1, self%stages)
+      self%gain = 0.0_wp
+      do m = 1, self%terms(self%stages)
+         self%gain = self%gain + self%a(m, self%stages)*self%integrand(1, self%column(m, self%stages))
+      end do
+      self%gain = h*self%gain
+      call self%estimate(h, self%integrand, error)
+      self%gain_error = abs(error(1, 1))
+   end subroutine integrate_along
 
    !> Whether a step is as long as stability allows: its two last stages, which are evaluated at one time, tell h lambda.
    !!
@@ -356,6 +383,7 @@ contains
       do i = 1, size(self%k, 1)
          self%k(i, 1) = self%k(i, self%stages)
       end do
+      self%integrand(1, 1) = self%integrand(1, self%stages)
    end subroutine accept
 
    !> Passes the derivative at the step's start through an archive.
@@ -366,6 +394,7 @@ contains
       type(archive_t), intent(inout) :: archive
 
       call archive%item('ydot', self%k(:, 1))
+      call archive%item('integrand', self%integrand(1, 1))
       call archive%item('steps since a look', self%unseen)
       call archive%item('steps bound by stability', self%bound)
       call archive%item('steps that are not', self%free)

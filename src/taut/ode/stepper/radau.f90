@@ -48,6 +48,13 @@ module taut_ode_stepper_radau
    !> The estimate of the error: ydot + e z/h.
    real(wp), parameter :: e(3) = [-(13.0_wp + 7.0_wp*s6)/3.0_wp, (-13.0_wp + 7.0_wp*s6)/3.0_wp, -1.0_wp/3.0_wp]
 
+   !> Weights of the solution: those of the integral over the step.
+   real(wp), parameter :: b(3) = [(16.0_wp - s6)/36.0_wp, (16.0_wp + s6)/36.0_wp, 1.0_wp/9.0_wp]
+   real(wp), parameter :: b_second = (0.5_wp*c(2) - 1.0_wp/3.0_wp)/(c(1)*(c(2) - c(1))), &
+                          b_third = (0.5_wp*c(1) - 1.0_wp/3.0_wp)/(c(2)*(c(1) - c(2)))
+   !> Weights at the start and the first two stages, of order 3: for an estimate of its error.
+   real(wp), parameter :: b_low(3) = [1.0_wp - b_second - b_third, b_second, b_third]
+
    !> The step and the factors are kept while the step could grow by no more than this.
    real(wp), parameter :: worth_growing = 1.2_wp
    !> After an iteration that failed: the share of the step that is allowed next, and its growth per step.
@@ -69,6 +76,8 @@ module taut_ode_stepper_radau
       real(wp), allocatable, private :: ydot(:), z(:), ydot_new(:)
       !> Increments of the stages and their algebraic unknowns, of this try and of the step before.
       real(wp), allocatable, private :: y_stage(:, :), z_stage(:, :), y_last(:, :), z_last(:, :)
+      !> The system's integrand at the stages.
+      real(wp), private :: integrand(3) = 0.0_wp
       !> The step's length, the state at its start, and what the projection has added at its end.
       real(wp), private :: h_try = 0.0_wp
       real(wp), allocatable, private :: y_start(:), shift(:)
@@ -82,6 +91,7 @@ module taut_ode_stepper_radau
       procedure :: accept
       procedure :: prepare_dense
       procedure :: interpolate
+      procedure :: integral_inside
       procedure :: serialize
    end type radau_t
 
@@ -96,6 +106,7 @@ contains
 
       self%n = n
       self%order = 5
+      self%takes_integral = .true.
       allocate (self%ydot(n), self%ydot_new(n), self%y_stage(n, 3), self%y_last(n, 3), self%rate(n), self%state(n), &
                 self%work_y(n), self%y_start(n), self%shift(n), source=0.0_wp)
    end subroutine init
@@ -134,6 +145,7 @@ contains
 
       call meet_system(self, ode)
       call self%newton%equations%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, info)
+      self%integrand_behind = ode%integrand
       call self%newton%count(self%work)
       call self%newton%forget()
       self%knows_z = info == rhs_ok
@@ -233,6 +245,10 @@ contains
       end if
       self%shift(:) = y_new - self%state
       self%h_try = h
+      self%gain = h*dot_product(b, self%integrand)
+      self%gain_error = abs(self%gain - h*(self%integrand_behind*b_low(1) + dot_product(b_low(2:), self%integrand(:2))))
+      self%integrand_before = self%integrand_behind
+      self%integrand_behind = self%integrand(3)
    end subroutine try
 
    !> A Jacobian, and its factors for the step.
@@ -402,6 +418,7 @@ contains
             call self%newton%equations%residual(ode, merge(t_new, t + c(i)*h, i == 3), self%state, self%rate, self%z_stage(:, i), &
                                          self%r(:, i), info)
             if (info /= rhs_ok) return
+            self%integrand(i) = ode%integrand
          end do
          ! Residuals in the modes of d, then the corrections back in the stages.
          do j = 1, size(self%work_r)
@@ -503,6 +520,21 @@ contains
       end do
    end subroutine interpolate
 
+   !> The integral of the polynomial through the integrands of the stages, by Simpson's rule, which is exact for it.
+   pure function integral_inside(self, h, theta) result(value)
+      !> The stepper, behind a try that holds.
+      class(radau_t), intent(in) :: self
+      !> The step's length [s].
+      real(wp), intent(in) :: h
+      !> Fraction of the step.
+      real(wp), intent(in) :: theta
+      !> The integral, zero at the step's start.
+      real(wp) :: value
+
+      value = h*theta/6.0_wp*dot_product(through_stages(0.0_wp) + 4.0_wp*through_stages(0.5_wp*theta) + through_stages(theta), &
+                                         self%integrand)
+   end function integral_inside
+
    !> Passes what is remembered between two steps through an archive; matrices are built again from where they were built.
    subroutine serialize(self, archive)
       !> The stepper, initialized.
@@ -517,6 +549,7 @@ contains
       call archive%item('was rejected', self%rejected)
       call archive%item('knows z', self%knows_z)
       call archive%item('ydot', self%ydot)
+      call archive%item('integrand', self%integrand_behind)
       call archive%list('z', self%z)
       call pass_stages('increments', self%y_last)
       call pass_stages('z of the stages', self%z_last)
