@@ -1,7 +1,7 @@
 !> What the way of a projection says of a step: singular positions are passed, driven linkages stay on their branch.
 module test_projection_check
    use taut, only: block_diagonal_t, error_t, integration_options_t, integration_result_t, mechanical_system_t, method_t, &
-                   simulate, state_t, status_reached_end, wp
+                   simulate, simulation_t, state_t, status_reached_end, wp
    use taut_error, only: to_text
    use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
    use taut_ode_integrate, only: integrator_t
@@ -43,6 +43,8 @@ contains
                new_test('starts in and near a singular position', singular_starts), &
                new_test('a long row of loops', long_row), &
                new_test('a driven linkage keeps its branch', driven_keeps), &
+               new_test('a driven linkage keeps its branch through narrow gaps', driven_through_narrow_gaps), &
+               new_test('where branches meet', branches_that_meet), &
                new_test('a free linkage keeps its branch', free_keeps), &
                new_test('in any unit of length', any_unit), &
                new_test('a step of more than a turn', long_step)]
@@ -300,6 +302,39 @@ contains
       end do
       call turn(.true., 'dop853', 1.0e-3_wp, 1.0e-6_wp, failure)
    end subroutine driven_keeps
+
+   !> Gaps that no step sees: what is left is the sign of the determinant.
+   subroutine driven_through_narrow_gaps(failure)
+      character(:), allocatable, intent(inout) :: failure
+      integer :: j, k
+
+      do j = 2, 9
+         do k = 4, 6
+            call turn(.true., 'dopri5', 10.0_wp**(-k), 10.0_wp**(-j), failure)
+         end do
+      end do
+      call turn(.true., 'dop853', 1.0e-6_wp, 1.0e-3_wp, failure)
+      call turn(.true., 'radau', 1.0e-6_wp, 1.0e-3_wp, failure)
+   end subroutine driven_through_narrow_gaps
+
+   !> Without a gap branches meet: the motion goes on straight, and that is told.
+   subroutine branches_that_meet(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(crank_rocker_t) :: model
+      type(state_t) :: at
+      type(simulation_t) :: simulation
+      type(error_t), allocatable :: error
+      character(:), allocatable :: remark
+
+      call new_crank_rocker(model, at, 0.0_wp, 1.3_wp, 1.0_wp, .true.)
+      call simulation%init(model, error, options=integration_options_t(rtol=1.0e-6_wp))
+      call no_error(failure, error)
+      call simulation%run(at, at%t + 12.0_wp, error)
+      call no_error(failure, error)
+      call check(failure, simulation%result%status == status_reached_end, 'it stops')
+      call simulation%ode%remark(remark)
+      call check(failure, index(remark, 'where branches of the motion meet: 2') > 0, remark)
+   end subroutine branches_that_meet
 
    subroutine free_keeps(failure)
       character(:), allocatable, intent(inout) :: failure

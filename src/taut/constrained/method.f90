@@ -445,6 +445,9 @@ contains
       call self%own_remark(own)
       if (len(text) > 0 .and. len(own) > 0) text = text//'; '
       text = text//own
+      call self%projector%orientation%remark(own)
+      if (len(text) > 0 .and. len(own) > 0) text = text//'; '
+      text = text//own
    end subroutine remark
 
    !> What an entry of the last derivative is: of an acceleration, the force if that is not a number already.

@@ -6,6 +6,7 @@ module taut_constrained_projection
    use taut_kinds, only: wp
    use taut_error, only: to_text
    use taut_constrained_method_options, only: method_t
+   use taut_constrained_orientation, only: orientation_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
@@ -86,6 +87,8 @@ module taut_constrained_projection
       real(wp), allocatable, private :: phi(:), nu(:), d(:), x_before(:), r(:), normal(:)
       !> Of all rows.
       real(wp), allocatable, private :: zero(:)
+      !> On which side of its singular positions a mechanism without freedom is.
+      type(orientation_t) :: orientation
       !> What is on another branch than is meant, after a step that was refused for it.
       character(:), allocatable, private :: strayed
       !> Velocities along which nothing is moved, and what they give of A v: (n), (c); not allocated: none.
@@ -205,6 +208,7 @@ contains
       if (method%solver == 'dgelsd') rcond = 0.0_wp
       call choose_solver(method%solver, self%a, model%c, blocks, method%rcond, self%onto)
       call self%keeper%init(self%a, model%c, group, rcond)
+      call self%orientation%init(self%a, model%c)
       if (self%all_holonomic) return
       call choose_solver(method%solver, self%a, model%n_phi, blocks, method%rcond, self%onto_holonomic)
       call self%keeper_of_holonomic%init(self%a, model%n_phi, group, rcond)
@@ -499,13 +503,17 @@ contains
       class(projector_t), intent(inout) :: self
       !> The system.
       class(mechanical_system_t), intent(in) :: model
-      !> Its state, after `position`.
+      !> Its state, after `position` and with A.
       type(state_t), intent(in) :: at
       !> `rhs_ok` or `rhs_retry`.
       integer, intent(out) :: info
 
       info = rhs_ok
       call model%check_branch(at, self%strayed)
+      if (.not. allocated(self%strayed)) then
+         if (self%orientation%turned(self%a, at%t)) self%strayed = 'the step ends beyond a singular '// &
+            'position: on another branch of the motion'
+      end if
       if (allocated(self%strayed)) call give_up(self, wrong_branch, info)
    end subroutine check_branch
 
@@ -826,6 +834,7 @@ contains
       class(normal_solver_t), intent(inout), optional :: onto
       real(wp) :: violation
 
+      call self%orientation%remember(self%a, self%keeper%kept, at%t)
       violation = 0.0_wp
       if (model%n_phi > 1 .and. (self%onto%rank < self%onto%c .or. .not. self%keeper%holds)) then
          call model%constraint(at, self%phi)
@@ -848,6 +857,7 @@ contains
 
       call keeper_through(archive, 'rank', self%keeper)
       if (.not. self%all_holonomic) call keeper_through(archive, 'rank of holonomic rows', self%keeper_of_holonomic)
+      call self%orientation%serialize(archive)
    end subroutine serialize
 
    !> The same for one of the two.

@@ -32,6 +32,7 @@ module taut_linalg_band_lu
    contains
       procedure :: factorize => factorize_real
       procedure :: solve => solve_real
+      procedure :: has_negative_determinant
    end type real_band_lu_t
 
    !> A complex matrix and its factors.
@@ -140,6 +141,21 @@ contains
       call dgbtrf(pattern%n, pattern%n, w, w, self%band, 3*w + 1, self%pivot, info)
       if (info > 0) info = findloc(pattern%place, info, 1)
    end subroutine factorize_real
+
+   !> Whether the determinant is below zero.
+   pure logical function has_negative_determinant(self) result(negative)
+      !> The factors of a regular matrix.
+      class(real_band_lu_t), intent(in) :: self
+      integer :: j, main
+
+      ! Rows and columns are ordered alike, which leaves the sign as it is; an interchange of rows turns it.
+      main = 2*((size(self%band, 1) - 1)/3) + 1
+      negative = .false.
+      do j = 1, size(self%pivot)
+         if (self%pivot(j) /= j) negative = .not. negative
+         if (self%band(main, j) < 0.0_wp) negative = .not. negative
+      end do
+   end function has_negative_determinant
 
    !> Solves with the factors.
    subroutine solve_real(self, pattern, x)
