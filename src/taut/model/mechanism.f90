@@ -74,6 +74,8 @@ module taut_model_mechanism
       type(event_t), allocatable :: events(:)
       !> Joints whose reactions are written out.
       integer, allocatable :: shown(:)
+      !> How many outputs come before those of each joint that is shown: (shown).
+      integer, allocatable :: before_output(:)
       !> What was found out at the start, for the table of the model.
       type(quantity_t), allocatable :: findings(:)
       !> The same for people, in lines, and what a reader of the results has to know.

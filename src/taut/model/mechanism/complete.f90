@@ -9,9 +9,9 @@ contains
 
    !> Counts and checks; to be called when all is there.
    module procedure complete
-      type(row_t), allocatable :: holonomic(:), rates(:), all_rates(:)
-      integer, allocatable :: blocks(:), joint_of_rate(:)
-      integer :: i, n, n_x
+      type(row_t), allocatable :: holonomic(:), rates(:)
+      integer, allocatable :: blocks(:)
+      integer :: i, n, n_x, nonholonomic
 
       if (.not. allocated(self%bodies)) allocate (self%bodies(0))
       if (.not. allocated(self%joints)) allocate (self%joints(0))
@@ -49,36 +49,43 @@ contains
       end do
       blocks = blocks(:n)
 
-      allocate (self%rows(0), all_rates(0), self%joint_of_row(0), joint_of_rate(0))
+      ! Counted first: lists that grow one by one take the square of the time.
+      n = 0
+      nonholonomic = 0
       do i = 1, size(self%joints)
          associate (joint => self%joints(i))
             call joint_rows(joint, self%planar, holonomic, rates, error)
             if (allocated(error)) return
             call check_drive(self, joint, error)
-            joint%first = size(self%rows) + 1
-            joint%last = size(self%rows) + size(holonomic)
-            joint%first_rate = size(all_rates) + 1
-            joint%last_rate = size(all_rates) + size(rates)
-            self%rows = [self%rows, holonomic]
-            self%joint_of_row = [self%joint_of_row, spread(i, 1, size(holonomic))]
-            all_rates = [all_rates, rates]
-            joint_of_rate = [joint_of_rate, spread(i, 1, size(rates))]
+            joint%first = n + 1
+            n = n + size(holonomic)
+            joint%last = n
+            joint%first_rate = nonholonomic + 1
+            nonholonomic = nonholonomic + size(rates)
+            joint%last_rate = nonholonomic
          end associate
       end do
+      if (allocated(error)) return
+      allocate (self%rows(n + nonholonomic), self%joint_of_row(n + nonholonomic))
       do i = 1, size(self%joints)
-         self%joints(i)%first_rate = self%joints(i)%first_rate + size(self%rows)
-         self%joints(i)%last_rate = self%joints(i)%last_rate + size(self%rows)
+         associate (joint => self%joints(i))
+            joint%first_rate = joint%first_rate + n
+            joint%last_rate = joint%last_rate + n
+            call joint_rows(joint, self%planar, holonomic, rates, error)
+            self%rows(joint%first:joint%last) = holonomic
+            self%rows(joint%first_rate:joint%last_rate) = rates
+            self%joint_of_row(joint%first:joint%last) = i
+            self%joint_of_row(joint%first_rate:joint%last_rate) = i
+         end associate
       end do
-      self%rows = [self%rows, all_rates]
-      self%joint_of_row = [self%joint_of_row, joint_of_rate]
       self%rows_with_branches = pack([(i, i=1, size(self%rows))], self%rows%has_branches)
       call find_pattern(self)
       call choose_counting(self, n_x)
       self%n_counters = size(self%counting)
-      call self%define(n=sum(blocks), c=size(self%rows), nonholonomic=size(all_rates), n_x=n_x + self%n_counters, &
+      call self%define(n=sum(blocks), c=size(self%rows), nonholonomic=nonholonomic, n_x=n_x + self%n_counters, &
                        mass_blocks=blocks, constant_mass=.true.)
       call count_elastic_rows(self)
-      self%n_outputs = number_of_outputs(self)
+      call count_outputs(self)
       self%n_events = size(self%events)
       if (self%planar) call set_offsets(self)
    end procedure complete
@@ -169,15 +176,17 @@ contains
       self%source = self%source(:total)
    end subroutine find_pattern
 
-   !> Numbers of all points and joints that are shown.
-   pure integer function number_of_outputs(self) result(n)
-      class(mechanism_t), intent(in) :: self
+   !> Numbers of all points, and then of the joints that are shown.
+   subroutine count_outputs(self)
+      class(mechanism_t), intent(inout) :: self
       integer :: i
 
-      n = size(self%points)*merge(2, 3, self%planar)
+      allocate (self%before_output(size(self%shown)))
+      self%n_outputs = size(self%points)*merge(2, 3, self%planar)
       do i = 1, size(self%shown)
-         n = n + outputs_of_joint(self, self%joints(self%shown(i)))
+         self%before_output(i) = self%n_outputs
+         self%n_outputs = self%n_outputs + outputs_of_joint(self, self%joints(self%shown(i)))
       end do
-   end function number_of_outputs
+   end subroutine count_outputs
 
 end submodule taut_model_mechanism_complete

@@ -6,9 +6,10 @@ module taut_model_mechanism_report
    use taut_constrained_start, only: start_report_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: quantity_t
-   use taut_linalg_lapack, only: dpstrf, dtrtrs
+   use taut_linalg_csr, only: csr_t
+   use taut_linalg_row_selection, only: row_selection_t
    use taut_model_mechanism, only: mechanism_t
-   use taut_model_mechanism_body, only: body_t, pose_t, vector_product
+   use taut_model_mechanism_body, only: pose_t
    use taut_rotation, only: log_rotation
    implicit none (type, external)
    private
@@ -26,8 +27,8 @@ module taut_model_mechanism_report
       character(:), allocatable :: text
    end type mechanism_report_t
 
-   !> More rows than this are not searched for redundancy: the matrix is dense.
-   integer, parameter :: most_rows = 4000
+   !> Share of a row, each of length one, from which on it takes part in a dependence.
+   real(wp), parameter :: in_a_dependence = 1.0e-6_wp
    character, parameter :: nl = new_line('a')
 
 contains
@@ -129,8 +130,8 @@ contains
       if (number == 1) text = '1 '//one
    end function counted
 
-   !> Which rows depend on the others: Cholesky's factorization of A M^-1 A^T, scaled to a unit diagonal, with its rows
-   !! exchanged; the rows whose pivots come after the rank are combinations of those before.
+   !> Which rows depend on the others, and on which: the rows that a selection leaves out, and their null vectors. Its order of the
+   !! rows is one of little fill, so that the time is linear for chains of loops.
    subroutine find_redundancy(model, at, rank, report)
       !> The mechanism and its state.
       type(mechanism_t), intent(in) :: model
@@ -140,113 +141,34 @@ contains
       integer, intent(in) :: rank
       !> What was found.
       type(mechanism_report_t), intent(out) :: report
-      real(wp), allocatable :: dependent(:, :), s(:, :), work(:)
-      integer, allocatable :: pivot(:)
-      integer :: c, found, i, info, k
+      type(row_selection_t) :: selection
+      type(csr_t) :: a
+      real(wp), allocatable :: v(:)
+      integer, allocatable :: first(:), column(:), group(:)
+      integer :: i, k
 
-      c = model%c
       report%rank = rank
       report%freedoms = model%n - rank
       allocate (report%redundant(size(model%joints)), source=0)
       allocate (report%involved(size(model%joints)), source=.false.)
-      if (rank >= c .or. c > most_rows) return
-      call scaled_product(model, at, s)
-      allocate (work(2*c), pivot(c))
-      call dpstrf('L', c, s, c, pivot, found, 1.0e-14_wp, work, info)
-      if (info < 0) return
-      k = min(rank, found)
-      do i = k + 1, c
-         associate (j => model%joint_of_row(pivot(i)))
+      if (rank >= model%c) return
+      call model%pattern(first, column)
+      call model%column_groups(group)
+      call a%set_pattern(model%n, first, column)
+      call model%jacobian_entries(at, a%values)
+      call selection%init(a, model%c, group, rcond=0.0_wp)
+      call selection%select(a, noise=0.0_wp)
+      allocate (v(model%c))
+      do k = 1, model%c
+         if (selection%kept(k)) cycle
+         associate (j => model%joint_of_row(k))
             report%redundant(j) = report%redundant(j) + 1
          end associate
-      end do
-      ! A dependent row is the sum of y_j times row j: L11^T y = L21^T.
-      allocate (dependent(max(1, k), c - k), source=0.0_wp)
-      do i = k + 1, c
-         dependent(:k, i - k) = s(i, :k)
-         report%involved(model%joint_of_row(pivot(i))) = .true.
-      end do
-      if (k == 0) return
-      call dtrtrs('L', 'T', 'N', k, c - k, s, c, dependent, k, info)
-      if (info /= 0) return
-      do i = 1, k
-         if (maxval(abs(dependent(i, :))) > 1.0e-6_wp) report%involved(model%joint_of_row(pivot(i))) = .true.
+         call selection%null_vector(k, v)
+         do i = 1, model%c
+            if (abs(v(i)) > in_a_dependence*selection%row_scale(i)) report%involved(model%joint_of_row(i)) = .true.
+         end do
       end do
    end subroutine find_redundancy
-
-   !> A M^-1 A^T with rows and columns scaled to a unit diagonal.
-   subroutine scaled_product(model, at, s)
-      type(mechanism_t), intent(in) :: model
-      type(state_t), intent(in) :: at
-      real(wp), allocatable, intent(out) :: s(:, :)
-      real(wp), allocatable :: full(:, :, :), solved(:, :, :), values(:)
-      integer, allocatable :: bodies(:, :)
-      real(wp) :: inverse(3, 3)
-      integer :: b, c, i, j, k, l
-
-      c = model%c
-      allocate (s(c, c), full(6, 2, c), solved(6, 2, c), source=0.0_wp)
-      allocate (values(size(model%column)), bodies(2, c))
-      call model%jacobian_entries(at, values)
-      do i = 1, c
-         associate (joint => model%joints(model%joint_of_row(i)))
-            bodies(:, i) = [joint%body_1, joint%body_2]
-         end associate
-         do k = 1, 2
-            b = bodies(k, i)
-            if (b == 0) cycle
-            associate (body => model%bodies(b))
-               do l = model%first(i), model%first(i + 1) - 1
-                  if ((model%source(l) - 1)/6 == k - 1) full(model%source(l) - 6*(k - 1), k, i) = values(l)
-               end do
-               call invert_inertia(body, inverse)
-               solved(1:3, k, i) = full(1:3, k, i)/body%m
-               solved(4:6, k, i) = matmul(inverse, full(4:6, k, i))
-            end associate
-         end do
-      end do
-      do j = 1, c
-         do i = j, c
-            do k = 1, 2
-               do l = 1, 2
-                  if (bodies(k, i) == bodies(l, j) .and. bodies(k, i) > 0) &
-                     s(i, j) = s(i, j) + dot_product(full(:, k, i), solved(:, l, j))
-               end do
-            end do
-         end do
-      end do
-      do i = 1, c
-         s(i, i) = sqrt(max(s(i, i), tiny(1.0_wp)))
-      end do
-      do j = 1, c
-         do i = j + 1, c
-            s(i, j) = s(i, j)/(s(i, i)*s(j, j))
-         end do
-      end do
-      do i = 1, c
-         s(i, i) = 1.0_wp
-      end do
-   end subroutine scaled_product
-
-   !> The inverse of a body's inertia; zero where it has none.
-   pure subroutine invert_inertia(body, inverse)
-      type(body_t), intent(in) :: body
-      real(wp), intent(out) :: inverse(3, 3)
-      real(wp) :: determinant
-
-      inverse = 0.0_wp
-      associate (j => body%j)
-         inverse(1, :) = vector_product(j(:, 2), j(:, 3))
-         inverse(2, :) = vector_product(j(:, 3), j(:, 1))
-         inverse(3, :) = vector_product(j(:, 1), j(:, 2))
-         determinant = dot_product(j(:, 1), inverse(1, :))
-         if (determinant > 0.0_wp) then
-            inverse = inverse/determinant
-         else
-            inverse = 0.0_wp
-            if (j(3, 3) > 0.0_wp) inverse(3, 3) = 1.0_wp/j(3, 3)
-         end if
-      end associate
-   end subroutine invert_inertia
 
 end module taut_model_mechanism_report

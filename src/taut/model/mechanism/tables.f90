@@ -35,34 +35,25 @@ contains
    module procedure output_name
       character(len=2), parameter :: in_space(12) = ['fx', 'fy', 'fz', 'mx', 'my', 'mz', 'f1', 'f2', 'f3', 'm1', 'm2', 'm3'], &
                                      in_plane(6) = ['fx', 'fy', 'mz', 'f1', 'f2', 'f3']
-      integer :: j, k, n
+      integer :: k, n
 
       n = merge(2, 3, self%planar)
-      k = i
-      name = ''
-      if (k <= n*size(self%points)) then
-         name = self%points(1 + (k - 1)/n)%name//'.'//achar(iachar('x') + modulo(k - 1, n))
+      if (i <= n*size(self%points)) then
+         name = self%points(1 + (i - 1)/n)%name//'.'//achar(iachar('x') + modulo(i - 1, n))
          return
       end if
-      k = k - n*size(self%points)
-      do j = 1, size(self%shown)
-         associate (joint => self%joints(self%shown(j)))
-            n = outputs_of_joint(self, joint)
-            if (k > n) then
-               k = k - n
-               cycle
-            end if
-            n = merge(6, 12, self%planar)
-            if (k > n) then
-               name = joint%name//'.'//trim(merge('angle       ', 'displacement', has_angle(joint) .and. k == n + 1))
-            else if (self%planar) then
-               name = joint%name//'.'//in_plane(k)
-            else
-               name = joint%name//'.'//in_space(k)
-            end if
-            return
-         end associate
-      end do
+      n = last_before(self%before_output, i)
+      k = i - self%before_output(n)
+      associate (joint => self%joints(self%shown(n)))
+         n = merge(6, 12, self%planar)
+         if (k > n) then
+            name = joint%name//'.'//trim(merge('angle       ', 'displacement', has_angle(joint) .and. k == n + 1))
+         else if (self%planar) then
+            name = joint%name//'.'//in_plane(k)
+         else
+            name = joint%name//'.'//in_space(k)
+         end if
+      end associate
    end procedure output_name
 
    !> Positions of points; reactions, angles and displacements of joints.
@@ -187,5 +178,22 @@ contains
       body = low
       k = i - merge(self%bodies(body)%before_x, self%bodies(body)%before_v, coordinate)
    end subroutine find_body
+
+   !> The last of those that begin before i.
+   pure integer function last_before(before, i) result(low)
+      integer, intent(in) :: before(:), i
+      integer :: high, middle
+
+      low = 1
+      high = size(before) + 1
+      do while (high - low > 1)
+         middle = (low + high)/2
+         if (before(middle) < i) then
+            low = middle
+         else
+            high = middle
+         end if
+      end do
+   end function last_before
 
 end submodule taut_model_mechanism_tables
