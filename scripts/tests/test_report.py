@@ -197,7 +197,7 @@ def test_the_page_holds_every_table_and_figure_and_needs_nothing_else(document: 
     tables = [block for block in blocks if isinstance(block, Table)]
     rows = sum(len(chapter.groups) + bool(chapter.checks) for chapter in document.chapters)
     assert whole.count("<table") == len(tables) + rows
-    assert whole.count('src="data:image/png;base64,') == 13
+    assert whole.count('src="data:image/png;base64,') == 15
     assert whole.count('src="data:image/gif;base64,') == 2
     assert "prefers-color-scheme: dark" in whole and "@media print" in whole
 
@@ -229,7 +229,7 @@ def test_the_script_writes_both_and_prints_the_text(results: Results) -> None:
     command = [sys.executable, str(SCRIPTS / "report"), "--results", str(results.root)]
     ended = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=True)
     *_, where, tally = ended.stdout.splitlines()
-    assert where.startswith("report: ") and re.fullmatch(r"✓ \d+ reproduced .* ○ 1 not yet", tally)
+    assert where.startswith("report: ") and re.fullmatch(r"✓ \d+ reproduced .* ○ 0 not yet", tally)
     quiet = subprocess.run(
         [*command, "--quiet"], capture_output=True, text=True, encoding="utf-8", check=True
     )

@@ -25,8 +25,9 @@ class Job:
 
 
 def find(folder: Path, programs: Path) -> list[Job]:
-    """Returns the jobs for all case files below a folder."""
-    jobs = [Job(programs / path.parent.name, path) for path in sorted(folder.glob("*/*.nml"))]
+    """Returns the jobs for all case files below a folder; the swing's, which take longest, come first."""
+    paths = sorted(folder.glob("*/*.nml"), reverse=True)
+    jobs = [Job(programs / path.parent.name, path) for path in paths]
     if not jobs:
         raise TautError(f"{folder} has no case files (*/*.nml)")
     seen: dict[str, Job] = {}

@@ -16,7 +16,8 @@ PLOT_KEYS = ("name", "title", "x", "y", "z", "lines", "points", "contours", "log
 # Columns that the tables of an app that integrates have anyway.
 TAKEN = (
     *("run", "case", "method", "t", "status", "t_end", "steps", "rejected", "rhs_evaluations"),
-    *("projection_iterations", "max_phi", "max_phidot", "max_phiddot", "energy_drift", "work", "min_rank"),
+    *("projection_iterations", "jacobians", "factorizations", "newton_iterations"),
+    *("max_phi", "max_phidot", "max_phiddot", "energy_drift", "work", "min_rank"),
     *("note", "wall_seconds", "blas", "message"),
 )
 TAKES = ("max", "min", "abs-max", "max-change", "mean", "final")

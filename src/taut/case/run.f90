@@ -28,8 +28,8 @@ module taut_case_run
 
    !> Columns of a case's summary.
    character(*), parameter :: summary_header = &
-      'case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,max_phi,max_phidot,max_phiddot,'// &
-      'energy_drift,work,min_rank,note,wall_seconds,blas'
+      'case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,jacobians,factorizations,'// &
+      'newton_iterations,max_phi,max_phidot,max_phiddot,energy_drift,work,min_rank,note,wall_seconds,blas'
    character, parameter :: line_end = new_line('a')
 
    !> Where and how to run a case.
@@ -382,6 +382,9 @@ contains
          call fields%add(result%rejected)
          call fields%add(result%rhs_evaluations)
          call fields%add(simulation%ode%projector%iterations)
+         call fields%add(result%jacobians)
+         call fields%add(result%factorizations)
+         call fields%add(result%newton_iterations)
          call fields%add(recorder%max_phi)
          call fields%add(recorder%max_phidot)
          call fields%add(recorder%max_phiddot)

@@ -5,6 +5,7 @@ import numpy as np
 from taut.formats import count, listed, number
 from taut.report.document import Chapter, Figure, Paragraph, Section, Table
 from taut.report.judgment import judged
+from taut.report.swing import convergence
 from taut.report.swing import figures as swing
 from taut.report.swing.claims import CLAIMS
 from taut.report.swing.measures import BEFORE, TABLE_1, TRUSTED, apart, events, modes, reference
@@ -19,7 +20,6 @@ TABLE_2 = (
     ("3a", "Modal, baseline (no axial mode)", "baseline", "1.00", 1103),
     ("3b", "Modal, present (no axial mode)", "present", "1.00", 1103),
 )
-MESHES = (4, 8, 16)
 # Cases that the paper does not have.
 FURTHER = (
     ("1a_uncapped", "(1a) without the cap of 10⁻⁵ s", "baseline"),
@@ -30,6 +30,10 @@ FURTHER = (
     ("2b_tight", "(2b), tight tolerance", "present"),
 )
 COMPARED = (
+    ("0_4x", "4 elements, generalized-alpha", "present"),
+    ("0_8x", "8 elements, generalized-alpha", "present"),
+    ("0_16x", "16 elements, generalized-alpha", "present"),
+    ("0_32x", "32 elements, generalized-alpha", "present"),
     ("1b", "4 elements", "present"),
     ("1b_long", "4 elements, tight tolerance", "present"),
     ("mesh16_event", "16 elements", "present"),
@@ -37,14 +41,20 @@ COMPARED = (
     ("2b_tight", "modal, tight tolerance", "present"),
     ("3b", "modal without axial mode", "present"),
 )
-CASES = (*(row[0] for row in TABLE_2), *(row[0] for row in FURTHER), *(f"mesh{n}" for n in MESHES))
-CASES += ("table1", "free_free")
+CASES = (*(row[0] for row in TABLE_2), *(row[0] for row in FURTHER), *convergence.CASES)
+CASES += ("0_4x", "0_8x", "0_16x", "0_32x", "table1", "free_free")
 CAPTIONS = {
     "swing_figure3": "The paper’s Figure 3: the swing at rest, to scale, and the force on C over time.",
-    "swing_figure4": "The paper’s Figure 4: trajectories of the markers in analysis (0), computed with MBDyn "
-    "with 2 (top) and 4 (bottom) three-node elements; the curves come with taut as data. The swing is drawn "
-    "at 0, 0.4, 0.64 and 1 s, the later the darker; the beam is a smooth curve through its markers. Dashed: "
-    "the paths of taut’s (3b).",
+    "swing_figure4": "The paper’s Figure 4: trajectories of the markers in analysis (0), here by "
+    "generalized-alpha with 8 (top) and 16 (bottom) two-node elements, which come about as far as the "
+    "paper’s 2 and 4 elements of three nodes. Dashed: MBDyn with those, curves that come with taut as data. "
+    "The swing is drawn at 0, 0.4, 0.64 and 1 s, the later the darker; the beam is a smooth curve through "
+    "its markers.",
+    "swing_mesh": "How far the markers are from the continuum at given instants, at the marker where it is "
+    "most, over the mesh. Filled: implicit; open: explicit.",
+    "swing_cost": "The same before the event (left) and after it (right) over the time of the run; the "
+    "numbers are those of the elements. An explicit run costs what stability asks for, whatever its "
+    "tolerance.",
     "swing_figure5": "The paper’s Figure 5: the modes of Table 1, with a largest displacement of one. The "
     "diamond is the mass at mid-span. Broad lines: what a static load at mid-span does.",
     "swing_figure6": "The paper’s Figure 6: error of the constraints (left) and of their derivative (right) "
@@ -57,8 +67,8 @@ CAPTIONS = {
     "end. Right: how far two runs are "
     "apart, at the marker where it is most; less than 10⁻¹⁴ m is drawn there. Before the event the models "
     "and methods agree.",
-    "swing": "The swing in motion, (3b), with the traces of its markers and, in gray, those of analysis (0); "
-    "below, the tension of link 1.",
+    "swing": "The swing in motion, (3b), with the traces of its markers and, in gray, those of MBDyn’s "
+    "analysis (0); below, the tension of link 1.",
 }
 
 
@@ -73,6 +83,7 @@ def build(results: Results) -> Chapter:
         Section("Table 1", table_1(results)),
         Section("Table 2", table_2(results)),
         Section("Against the reference", against_reference(results)),
+        Section("Mesh, tolerance and chaos", convergence.section(results)),
         Section("What the paper leaves open", left_open(results)),
     )
     return Chapter(
@@ -163,7 +174,7 @@ def against_reference(results: Results) -> tuple[Paragraph | Table, ...]:
     blocks: list[Paragraph | Table] = []
     found = {
         n: apart(results.case(f"mesh{n}").run("present"), reference(4), end=BEFORE)
-        for n in MESHES
+        for n in convergence.MESHES
         if results.has(f"mesh{n}")
     }
     if found:
@@ -173,14 +184,14 @@ def against_reference(results: Results) -> tuple[Paragraph | Table, ...]:
             rows.append((str(n), number(distance), rate))
         blocks += [
             Table(
-                f"Largest distance of a marker from analysis (0), 4 three-node elements, up to {BEFORE:g} s.",
+                f"Largest distance of a marker from MBDyn with 4 three-node elements, up to {BEFORE:g} s.",
                 ("two-node elements", "distance [m]", "rate"),
                 tuple(rows),
                 text_columns=0,
             ),
             Paragraph(
                 "The rate is the power of the element’s length with which the distance falls; two-node "
-                "elements have a rate of 2. The curves of analysis (0) are themselves good to "
+                "elements have a rate of 2. MBDyn’s curves are themselves good to "
                 f"{number(TRUSTED, 1, 'm')}, so that the rate cannot hold much beyond the finest mesh here."
             ),
         ]
@@ -190,14 +201,14 @@ def against_reference(results: Results) -> tuple[Paragraph | Table, ...]:
         if results.has(name)
     }
     if runs:
-        rows = [("analysis (0)", "", "", height(reference(4)))]
+        rows = [("MBDyn", "", "", height(reference(4)))]
         for label, run in runs.items():
             near = number(1e3 * apart(run, reference(4), end=BEFORE))
             whole = number(1e3 * apart(run, reference(4)))
             rows.append((label, near, f"{whole} ({number(float(run['t'][-1]), 3, 's')})", height(run)))
         blocks += [
             Table(
-                "Largest distance of a marker from analysis (0), 4 three-node elements; where A ends up.",
+                "Largest distance of a marker from MBDyn with 4 three-node elements; where A ends up.",
                 ("case", f"up to {BEFORE:g} s [mm]", "whole run [mm]", "y of A at 1 s [m]"),
                 tuple(rows),
             ),

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from taut import style
 from taut.report.drawing import AnimationSpec, FigureSpec, Spec
 from taut.report.swing.animation import swinging
+from taut.report.swing.convergence import FINEST, cost_figure, mesh_figure
 from taut.report.swing.measures import (
     BEAM,
     LINKS,
@@ -20,6 +21,7 @@ from taut.report.swing.measures import (
     REFERENCES,
     SUPPORTS,
     TABLE_1,
+    analysis_0,
     distances,
     event_time,
     largest_in_pieces,
@@ -36,9 +38,7 @@ from taut.results import Array, Results, Run
 # When the swing is drawn beside the trajectories [s]; 0.64 is when link 1 and A-C are in line.
 # Where the time is written beside A [points].
 POSES = {0.0: (-5, -13), 0.4: (-24, 3), 0.64: (8, -8), 1.0: (8, 0)}
-# The run of taut's that is shown beside analysis (0): the closest to it that goes to the end.
-OWN = "3b"
-_OWN = {"color": "black", "linewidth": 0.9, "linestyle": (0, (3, 2)), "zorder": 7.5}
+_OTHER = {"color": "black", "linewidth": 0.9, "linestyle": (0, (3, 2)), "zorder": 7.5}
 FINE = np.linspace(0.0, 1.0, 1001)
 # Below the smallest distance that is drawn [m].
 NEAREST = 1e-14
@@ -53,24 +53,23 @@ ROWS = (
 
 
 def figure4(results: Results) -> Figure:
-    """Draws the trajectories of the markers from both reference curves, and taut's beside the finer one."""
+    """Draws the trajectories of the markers in analysis (0), and those that another program gives."""
     layout = ConstrainedLayoutEngine(w_pad=0.04, h_pad=0.04)
     figure, axes = plt.subplots(2, 1, figsize=(7.4, 8.0), layout=layout, sharex=True)
-    for panel, elements in zip(axes, (2, 4), strict=True):
-        run = reference(elements)
+    for panel, own, other in zip(axes, (8, 16), (2, 4), strict=True):
+        run = analysis_0(results, own)
         for t in POSES:
             pose(panel, run, t)
         for i, m in enumerate(MARKERS):
             panel.plot(*positions(run)[:, i].T, color=COLORS[m], linewidth=1.5, zorder=7)
-        if elements == 4 and results.has(OWN):
-            for points in np.moveaxis(steps_of(results.case(OWN).run("present")), 1, 0):
-                panel.plot(*points.T, **_OWN)
+        for points in np.moveaxis(steps_of(reference(other)), 1, 0):
+            panel.plot(*points.T, **_OTHER)
         frame(panel)
-        panel.set(title=f"Analysis (0), {elements} three-node elements", ylabel="y [m]")
+        panel.set(
+            title=f"Analysis (0), {own} two-node elements; dashed: {other} of three nodes", ylabel="y [m]"
+        )
     axes[-1].set_xlabel("x [m]")
-    handles = marker_legend()
-    if results.has(OWN):
-        handles.append(Line2D([], [], label="taut, modal without axial mode (3b)", **_OWN))
+    handles = [*marker_legend(), Line2D([], [], label="MBDyn", **_OTHER)]
     figure.legend(handles=handles, loc="outside upper center", ncols=4, columnspacing=1.6)
     return figure
 
@@ -321,7 +320,7 @@ def motion_legend() -> list[Artist]:
 
 FIGURES: tuple[Spec, ...] = (
     FigureSpec("swing_figure3", "Figure 3", (), figure3),
-    FigureSpec("swing_figure4", "Figure 4", (), figure4, files=REFERENCES),
+    FigureSpec("swing_figure4", "Figure 4", ("0_8x", "0_16x"), figure4, files=REFERENCES),
     FigureSpec("swing_figure5", "Figure 5", ("table1",), figure5),
     FigureSpec(
         "swing_figure6",
@@ -350,5 +349,7 @@ FIGURES: tuple[Spec, ...] = (
         ),
     ),
     FigureSpec("swing_figure8", "Figure 8", ("1a", "1b", "2a", "2b", "3a", "3b"), figure8, files=REFERENCES),
+    FigureSpec("swing_mesh", "Convergence", FINEST, mesh_figure),
+    FigureSpec("swing_cost", "Error and time", FINEST, cost_figure),
     AnimationSpec("swing", "Animation", ("3b",), swinging, files=REFERENCES),
 )

@@ -16,14 +16,19 @@ LINKS = np.array([0.36, 0.36 * np.sqrt(2.0)])
 FORCE, RISE, PULSE = 2.0, 0.128, 0.256
 # The motion is regular up to here: what is compared with the reference ends before the event [s].
 BEFORE = 0.6
-# The curves of analysis (0), and how far they can be trusted up to then [m].
+# The curves of analysis (0) by another program, and how far they can be trusted up to then [m].
 REFERENCES = tuple(ROOT / "cases" / "swing" / "data" / f"mbdyn_{n}x3node.csv" for n in (2, 4))
 TRUSTED = 1e-5
 
 
 def reference(elements: int = 4) -> Run:
-    """Returns the motion of analysis (0) with 2 or 4 three-node elements."""
+    """Returns the motion of analysis (0) by MBDyn with 2 or 4 three-node elements."""
     return read_run(REFERENCES[0 if elements == 2 else 1])
+
+
+def analysis_0(results: Results, elements: int) -> Run:
+    """Returns taut's analysis (0), with so many two-node elements."""
+    return results.case(f"0_{elements}x").run("present")
 
 
 def positions(run: Run) -> Array:
