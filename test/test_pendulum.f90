@@ -263,8 +263,10 @@ contains
 
    subroutine all_methods(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(len=24), parameter :: names(7) = [character(len=24) :: 'baseline', 'baumgarte', 'braun-goldfarb', 'yu-chen', &
-                                                  'coordinate-projection', 'penalty', 'minimal-coordinates']
+      character(len=24), parameter :: names(11) = [character(len=24) :: 'baseline', 'baumgarte', 'braun-goldfarb', 'yu-chen', &
+                                                  'coordinate-projection', 'penalty', 'minimal-coordinates', &
+                                                  'augmented-lagrangian', 'udwadia-kalaba', 'dummy-derivatives', &
+                                                  'fuhrer-leimkuhler']
       type(integration_options_t) :: options
       type(integration_result_t) :: result
       type(method_t) :: method

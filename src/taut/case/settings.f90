@@ -173,10 +173,13 @@ contains
          call entries%item('correction_tolerance', m%correction_tolerance, '', 'yu-chen: a violation beyond it is corrected')
          call entries%item('stiffness', m%stiffness, '', 'penalty: force for each unit of phi')
          call entries%item('damping', m%damping, '', 'penalty: force for each unit of phidot')
+         call entries%item('penalty_factor', m%penalty_factor, '', 'bayo-penalty, augmented-lagrangian: alpha, a mass for each phi')
+         call entries%item('omega', m%omega, '1/s', 'bayo-penalty, augmented-lagrangian: frequency of a violation')
+         call entries%item('mu', m%mu, '', 'bayo-penalty, augmented-lagrangian: its damping ratio')
          call entries%item('projection_tolerance', m%projection_tolerance, '', &
                            'largest entry of phi that counts as none; round-off of the coordinates if that is more', &
                            above=0.0_wp, most=largest_tolerance)
-         call entries%item('max_iterations', m%max_iterations, 'of Eq. (17)', least=1)
+         call entries%item('max_iterations', m%max_iterations, 'of Eq. (17), or of augmented-lagrangian', least=1)
          call entries%item('accept_inconsistent', m%accept_inconsistent, &
                            'go on where the constraints cannot all be met, with the least violation')
       end associate

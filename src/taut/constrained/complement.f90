@@ -14,10 +14,7 @@ module taut_constrained_complement
    use taut_ode_system, only: rhs_ok, rhs_retry
    implicit none (type, external)
    private
-   public :: complement_t, most_velocities
-
-   !> Systems with more velocities than this have no complement: its matrices are full.
-   integer, parameter :: most_velocities = 2000
+   public :: complement_t
 
    !> B, and what follows from it where the constraints were linearized last.
    type :: complement_t

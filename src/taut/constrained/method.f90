@@ -16,24 +16,13 @@
 !!
 !! Everything else that is known of a state, `sample` finds for all methods alike.
 !!
-!! Methods that are not here were laid out on this type before it was written:
-!!
-!! - Dummy derivatives (Mattsson and Soderlind): y = {x; v; w}, of which only the independent entries are integrated;
-!!   `unpack` solves phi = 0 and A v = b' for the others from where they are, `filter_error` takes them off the error. Which are
-!!   independent the pivots of A decide in `accepted`; y stays as it is.
-!! - Gear, Gupta, Leimkuhler: with an explicit stepper `present` is its half-explicit form. With an implicit one
-!!   y = {x; v; w; mu; lambda}: `size`, `pack` and `unpack` have the multipliers, `multipliers` reads them, `factorize` and `solve`
-!!   are those of the saddle point with zeros in the place of the multipliers' rates, and `rhs` is left to `rhs_cannot`.
-!! - Augmented Lagrangian (Bayo): `rhs` iterates M vdot + A^T lambda = f from the multipliers of the last accepted step, which
-!!   `accepted` keeps and `serialize_own` remembers.
-!!
 !! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
 !! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
 module taut_constrained_method
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
-   use taut_error, only: error_t, to_text
+   use taut_error, only: error_t, raise, to_text
    use taut_constrained_blow, only: blow_t
    use taut_constrained_mass, only: mass_t
    use taut_constrained_method_options, only: method_t
@@ -48,6 +37,9 @@ module taut_constrained_method
 
    !> Differences of b' before and behind a breakpoint up to this part of it are those of the two times.
    real(wp), parameter :: no_jump = 1.0e-10_wp
+
+   !> Rows of full matrices, beyond which nobody waits for them.
+   integer, parameter :: most_rows = 2000
 
    !> What there is to know about a state.
    type :: sample_t
@@ -137,6 +129,7 @@ module taut_constrained_method
       procedure, non_overridable :: is_at
       procedure, non_overridable :: find_violations
       procedure, non_overridable :: remember
+      procedure, non_overridable :: refuse_large
    end type constrained_ode_t
 
 contains
@@ -190,6 +183,19 @@ contains
       associate (unused_formulation => self, unused_error => error)
       end associate
    end subroutine nothing_to_set_up
+
+   !> Refuses a system that is too large for a method whose matrices are full.
+   subroutine refuse_large(self, error)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> The system is too large.
+      type(error_t), allocatable, intent(inout) :: error
+
+      if (max(self%model%n, self%model%c) > most_rows) &
+         call raise(error, self%options%place(), 'its matrices are full, and '//to_text(self%model%n)//' velocities with '// &
+                    to_text(self%model%c)//' constraints are more than '//to_text(most_rows), &
+                    'use "present" or "baseline", whose matrices are sparse')
+   end subroutine refuse_large
 
    !> Number of entries of y.
    pure function state_size(self) result(n)

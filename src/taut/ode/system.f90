@@ -25,7 +25,8 @@ module taut_ode_system
    !> y' = f(t, y). A system owns the workspace of its right-hand side: one object per thread.
    !!
    !! Any integrator may call it, in this order. Every one: `rhs` at the states of its stages; `filter_error` on each vector
-   !! that estimates the local error, before its norm is taken; `project` on a new state, before or
+   !! that estimates the local error, before its norm is taken; explicit ones `meet` on each stage behind the first if the
+   !! system is `half_explicit`; `project` on a new state, before or
    !! behind the evaluation there (see `rhs_projects`), and on states interpolated inside a step, and `rhs` once more where the
    !! answer is `stale`; `accepted` when a step
    !! holds and its output is done; `cross` behind a breakpoint. An implicit one besides: `linearize` at a state, `factorize` for each shift that it needs
@@ -51,12 +52,15 @@ module taut_ode_system
       real(wp) :: integrand = 0.0_wp, integral = 0.0_wp
       !> How far the integral may be off: the sum of the steps' estimates.
       real(wp) :: integral_error = 0.0_wp
+      !> Whether the derivative of a stage is completed by where it leads: `meet`.
+      logical :: half_explicit = .false.
       !> Times between which the system is looked at [s], set by the integrator: inside two breakpoints, where a load or a drive
       !! may jump. A state at a breakpoint belongs to the stretch before it, until the next one begins.
       real(wp) :: t_low = -huge(1.0_wp), t_high = huge(1.0_wp)
    contains
       procedure(right_hand_side), deferred :: rhs
       procedure :: project => project_nothing
+      procedure :: meet => nothing_to_meet
       procedure :: later_corrections => straight_back
       procedure :: filter_error => filter_nothing
       procedure :: accepted => nothing_to_switch
@@ -240,6 +244,34 @@ contains
       associate (unused_system => self, unused_time => t, unused_state => y, unused_place => place)
       end associate
    end subroutine project_nothing
+
+   !> Completes the derivative of the stage that was evaluated last, or of the step's start, so that the stage behind it is on the
+   !! system's invariants: what a half-explicit Runge-Kutta method does. The default has nothing to complete.
+   subroutine nothing_to_meet(self, t_start, y_start, first, t, weight, y, slope, info)
+      !> The system.
+      class(ode_system_t), intent(inout) :: self
+      !> Time of the step's start [s].
+      real(wp), intent(in) :: t_start
+      !> State there: (n).
+      real(wp), intent(in), contiguous :: y_start(:)
+      !> Whether the stage before is the step's start.
+      logical, intent(in) :: first
+      !> Time of the stage [s].
+      real(wp), intent(in) :: t
+      !> What the derivative of the stage before counts in its state [s].
+      real(wp), intent(in) :: weight
+      !> State of the stage, completed: (n).
+      real(wp), intent(inout), contiguous :: y(:)
+      !> Derivative of the stage before, completed: (n).
+      real(wp), intent(inout), contiguous :: slope(:)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      associate (unused_system => self, unused_start => t_start, unused_state => y_start, unused_place => first, unused_time => t, &
+                 unused_weight => weight, unused_stage => y, unused_slope => slope)
+      end associate
+   end subroutine nothing_to_meet
 
    !> By how much the last `project` at a step's end has moved the coordinates after its first correction: how much the way back
    !! bends. The default comes back straight.

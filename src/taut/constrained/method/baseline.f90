@@ -17,6 +17,7 @@ module taut_constrained_method_baseline
       procedure :: rhs
       procedure :: stabilize => nothing_to_stabilize
       procedure :: coordinate_rate
+      procedure :: linearize_here
       procedure :: accepted
       procedure :: multipliers
    end type baseline_t
@@ -54,7 +55,7 @@ contains
       associate (model => self%model, at => self%at, projector => self%projector, mass => self%mass, &
                  xdot => dydt(:n_x), vdot => dydt(n_x + 1:last_v), wdot => dydt(last_v + 1:))
          call self%unpack(t, y, at)
-         call linearize(self, info)
+         call self%linearize_here(info)
          if (info /= rhs_ok) return
          call model%acceleration_rhs(at, self%b_second)
          call self%stabilize(self%b_second)
@@ -75,8 +76,10 @@ contains
    end subroutine rhs
 
    !> A, M and M~ at the state as it is.
-   subroutine linearize(self, info)
+   subroutine linearize_here(self, info)
+      !> The formulation, with the state in place.
       class(baseline_t), intent(inout) :: self
+      !> One of the `rhs_` constants.
       integer, intent(out) :: info
       real(wp) :: noise
 
@@ -94,7 +97,7 @@ contains
          if (.not. projector%keeper%holds) call projector%keeper%decide(projector%a, noise)
          call self%mass%reduce(projector, info)
       end associate
-   end subroutine linearize
+   end subroutine linearize_here
 
    !> What is added to b'' against the drift; the default adds nothing.
    subroutine nothing_to_stabilize(self, b_second)
@@ -136,7 +139,7 @@ contains
       if (self%model%c < 2) return
       if (.not. self%is_at(t, y)) then
          call self%unpack(t, y, self%at)
-         call linearize(self, info)
+         call self%linearize_here(info)
          if (info /= rhs_ok) return
       end if
       call self%mass%look(self%model, self%at, self%projector)

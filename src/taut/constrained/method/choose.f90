@@ -2,14 +2,20 @@
 module taut_constrained_method_choose
    use taut_error, only: error_t, raise
    use taut_constrained_method, only: constrained_ode_t
+   use taut_constrained_method_augmented_lagrangian, only: augmented_lagrangian_t
    use taut_constrained_method_baseline, only: baseline_t
    use taut_constrained_method_baumgarte, only: baumgarte_t
+   use taut_constrained_method_bayo_penalty, only: bayo_penalty_t
    use taut_constrained_method_braun_goldfarb, only: braun_goldfarb_t
    use taut_constrained_method_coordinate_projection, only: coordinate_projection_t
+   use taut_constrained_method_dummy_derivatives, only: dummy_derivatives_t
+   use taut_constrained_method_fuhrer_leimkuhler, only: fuhrer_leimkuhler_t
+   use taut_constrained_method_gear_gupta_leimkuhler, only: gear_gupta_leimkuhler_t
    use taut_constrained_method_minimal_coordinates, only: minimal_coordinates_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_method_penalty, only: penalty_t
    use taut_constrained_method_present, only: present_t
+   use taut_constrained_method_udwadia_kalaba, only: udwadia_kalaba_t
    use taut_constrained_method_unconstrained, only: unconstrained_t
    use taut_constrained_method_yu_chen, only: yu_chen_t
    use taut_constrained_system, only: mechanical_system_t
@@ -64,6 +70,12 @@ contains
       case ('penalty'); allocate (penalty_t :: ode)
       case ('unconstrained'); allocate (unconstrained_t :: ode)
       case ('minimal-coordinates'); allocate (minimal_coordinates_t :: ode)
+      case ('bayo-penalty'); allocate (bayo_penalty_t :: ode)
+      case ('augmented-lagrangian'); allocate (augmented_lagrangian_t :: ode)
+      case ('udwadia-kalaba'); allocate (udwadia_kalaba_t :: ode)
+      case ('dummy-derivatives'); allocate (dummy_derivatives_t :: ode)
+      case ('gear-gupta-leimkuhler'); allocate (gear_gupta_leimkuhler_t :: ode)
+      case ('fuhrer-leimkuhler'); allocate (fuhrer_leimkuhler_t :: ode)
       case default
          call raise(error, method%place(), 'no method stands behind this name', 'use another one')
          return

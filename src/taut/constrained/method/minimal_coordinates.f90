@@ -14,8 +14,8 @@
 module taut_constrained_method_minimal_coordinates
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise, to_text
-   use taut_constrained_complement, only: complement_t, most_velocities
+   use taut_error, only: error_t, to_text
+   use taut_constrained_complement, only: complement_t
    use taut_constrained_method, only: constrained_ode_t, sample_t
    use taut_linalg_lapack, only: dpotrf, dpotrs
    use taut_ode_system, only: evaluated_step_end, inside_step, rhs_no_projection, rhs_ok, rhs_retry
@@ -29,9 +29,9 @@ module taut_constrained_method_minimal_coordinates
 
    !> The method `minimal-coordinates`.
    type, extends(constrained_ode_t) :: minimal_coordinates_t
-      private
       !> Which velocities are independent.
       type(complement_t) :: complement
+      !> Whether they are chosen, whether they stay, and whether along a basis of the null space.
       logical :: chosen = .false., keeps = .false., basis = .true.
       !> Whether x is projected before each evaluation.
       logical :: projects_stages = .true.
@@ -39,10 +39,13 @@ module taut_constrained_method_minimal_coordinates
       real(wp) :: fit = 1.0_wp, first_switch = 0.0_wp
       integer :: switches = 0
       !> Q^T M Q, its right-hand side, A^+ b'', M times a vector, and a velocity: (n, n), (n).
-      real(wp), allocatable :: reduced(:, :), c(:), particular(:), weighted(:), given(:)
+      real(wp), allocatable, private :: reduced(:, :), c(:), particular(:), weighted(:), given(:)
    contains
       procedure :: set_up
       procedure :: rhs
+      procedure :: find_positions
+      procedure :: fit_complement
+      procedure :: accelerate
       procedure :: project
       procedure :: filter_error
       procedure :: accepted
@@ -63,11 +66,8 @@ contains
       integer :: n
 
       n = self%model%n
-      if (n > most_velocities) then
-         call raise(error, self%options%place(), 'its matrices are full, and '//to_text(n)//' velocities are more than '// &
-                    to_text(most_velocities), 'use "present", whose matrices are sparse')
-         return
-      end if
+      call self%refuse_large(error)
+      if (allocated(error)) return
       self%basis = self%options%independent /= 'partitioning'
       self%keeps = self%options%independent == 'constant'
       self%projects_stages = self%options%stage_projection == 'newton'
@@ -90,21 +90,61 @@ contains
       real(wp), intent(out), contiguous :: dydt(:)
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
-      integer :: i, j, last_v, m, n_x
+      integer :: last_v, n_x
 
       n_x = self%model%n_x
       last_v = n_x + self%model%n
-      associate (model => self%model, at => self%at, projector => self%projector, q => self%complement%q, &
+      associate (model => self%model, at => self%at, projector => self%projector, &
                  xdot => dydt(:n_x), vdot => dydt(n_x + 1:last_v), wdot => dydt(last_v + 1:))
          call self%unpack(t, y, at)
-         call project_x(self, self%projects_stages, info)
+         call self%find_positions(self%projects_stages, info)
          if (info == rhs_ok) call meet_rates(self, info)
          if (info /= rhs_ok) return
          call model%acceleration_rhs(at, self%b_second)
          call self%mass%renew(model, at, info)
          if (info /= rhs_ok) return
          call model%force(at, self%force)
-         ! A^+ b'', and what of the force it leaves.
+         call self%accelerate(vdot, info)
+         if (info /= rhs_ok) return
+         if (self%has_integral) then
+            ! The work of the reactions, b'^T lambda = v^T A^T lambda.
+            call self%mass%multiply(projector, vdot, self%weighted)
+            self%integrand = model%power(at) - dot_product(self%force - self%weighted, at%v)
+         end if
+         call model%x_rate(at, at%v, xdot)
+         if (model%n_w > 0) call model%w_rate(at, wdot)
+      end associate
+   end subroutine rhs
+
+   !> x by Eq. (17), or without projection only what belongs to the coordinates by themselves.
+   subroutine find_positions(self, projects, info)
+      !> The formulation, with the state in place.
+      class(minimal_coordinates_t), intent(inout) :: self
+      !> Whether it is projected.
+      logical, intent(in) :: projects
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      if (projects) then
+         call self%projector%position(self%model, self%at, info)
+         if (info == rhs_no_projection) call self%projector%position_again(self%model, self%at, info)
+      else
+         call self%model%normalize(self%at%x)
+      end if
+   end subroutine find_positions
+
+   !> Eq. (3) at the state, with A^+ b'' and what of the force it leaves.
+   subroutine accelerate(self, vdot, info)
+      !> The formulation, with the state, A, M, b'' and the force in place.
+      class(minimal_coordinates_t), intent(inout) :: self
+      !> The accelerations: (n).
+      real(wp), intent(inout), contiguous :: vdot(:)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      integer :: i, j, m
+
+      associate (projector => self%projector, q => self%complement%q)
          self%particular(:) = 0.0_wp
          call projector%meet(self%b_second, self%particular)
          call self%mass%multiply(projector, self%particular, self%weighted)
@@ -130,46 +170,40 @@ contains
             vdot(:) = vdot + q(:, j)*self%c(j)
          end do
          self%given(:) = vdot
-         info = rhs_ok
-         call model%x_rate(at, at%v, xdot)
-         if (model%n_w > 0) call model%w_rate(at, wdot)
       end associate
-   end subroutine rhs
-
-   !> x by Eq. (17), or without projection only what belongs to the coordinates by themselves.
-   subroutine project_x(self, projects, info)
-      type(minimal_coordinates_t), intent(inout) :: self
-      logical, intent(in) :: projects
-      integer, intent(out) :: info
-
       info = rhs_ok
-      if (projects) then
-         call self%projector%position(self%model, self%at, info)
-         if (info == rhs_no_projection) call self%projector%position_again(self%model, self%at, info)
-      else
-         call self%model%normalize(self%at%x)
-      end if
-   end subroutine project_x
+   end subroutine accelerate
 
    !> The velocities that the independent ones of `at` give at its x.
    subroutine meet_rates(self, info)
-      type(minimal_coordinates_t), intent(inout) :: self
+      class(minimal_coordinates_t), intent(inout) :: self
       integer, intent(out) :: info
 
       associate (model => self%model, at => self%at, projector => self%projector)
          call projector%linearize(model, at, info, 0.0_wp)
          if (info /= rhs_ok) return
-         if (self%chosen) call self%complement%renew(model, projector, info)
-         ! A rank that was lower where they were chosen, as at a start in a singular position, asks for others at once.
-         if (.not. self%chosen .or. (info /= rhs_ok .and. .not. self%keeps)) &
-            call self%complement%choose(model, projector, self%basis, info)
+         call self%fit_complement(info)
          if (info /= rhs_ok) return
-         self%chosen = .true.
          self%given(:) = at%v
          call projector%velocity(model, at)
          call self%complement%restore(self%given, at%v)
       end associate
    end subroutine meet_rates
+
+   !> What follows from the independent velocities where A is. A rank that was lower where they were chosen, as at a start in a
+   !! singular position, asks for others at once.
+   subroutine fit_complement(self, info)
+      !> The formulation, linearized.
+      class(minimal_coordinates_t), intent(inout) :: self
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      if (self%chosen) call self%complement%renew(self%model, self%projector, info)
+      if (.not. self%chosen .or. (info /= rhs_ok .and. .not. self%keeps)) &
+         call self%complement%choose(self%model, self%projector, self%basis, info)
+      if (info == rhs_ok) self%chosen = .true.
+   end subroutine fit_complement
 
    !> Replaces v by what the independent velocities give, and x by Eq. (17) unless it is to drift.
    subroutine project(self, t, y, place, stale, info)
@@ -192,7 +226,7 @@ contains
       n_x = self%model%n_x
       if (place /= evaluated_step_end) then
          call self%unpack(t, y, self%at)
-         call project_x(self, self%projects_stages .or. self%replaces, info)
+         call self%find_positions(self%projects_stages .or. self%replaces, info)
          if (info == rhs_ok) call meet_rates(self, info)
       end if
       if (info == rhs_ok .and. place /= inside_step .and. self%replaces) &

@@ -278,6 +278,11 @@ contains
                call project(self, ode, control, t_new, y, y_new, step_end, holds, stale, info)
             if (info /= rhs_ok) return
          end if
+         if (ode%half_explicit) then
+            ! The last coefficient of a stage is that of the stage before.
+            call ode%meet(t, y, i == 2, t_stage, h*self%a(self%terms(i), i), y_new, self%k(:, i - 1), info)
+            if (info /= rhs_ok) return
+         end if
          call self%evaluate(ode, t_stage, y_new, self%k(:, i), info)
          if (info /= rhs_ok) return
          self%integrand(1, i) = ode%integrand
