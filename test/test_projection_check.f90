@@ -42,6 +42,7 @@ contains
       tests = [new_test('singular positions at every tolerance', singular_positions), &
                new_test('starts in and near a singular position', singular_starts), &
                new_test('a long row of loops', long_row), &
+               new_test('singular positions by the implicit integrator', implicit_passes), &
                new_test('a driven linkage keeps its branch', driven_keeps), &
                new_test('a driven linkage keeps its branch through narrow gaps', driven_through_narrow_gaps), &
                new_test('where branches meet', branches_that_meet), &
@@ -190,10 +191,11 @@ contains
    end subroutine rhs
 
    !> One row of loops against one angle: status, cranks that stay parallel, and where they are.
-   subroutine run_row(windows, angle, speed, t_end, rtol, failure)
+   subroutine run_row(windows, angle, speed, t_end, rtol, failure, integrator_name)
       integer, intent(in) :: windows
       real(wp), intent(in) :: angle, speed, t_end, rtol
       character(:), allocatable, intent(inout) :: failure
+      character(*), intent(in), optional :: integrator_name
       type(n_four_bar_t) :: model
       type(one_angle_t) :: reference
       type(integrator_t) :: integrator
@@ -211,6 +213,7 @@ contains
       call model%start(angle, speed, at)
       options%rtol = rtol
       options%atol = 1.0e-3_wp*rtol
+      if (present(integrator_name)) options%integrator = integrator_name
       call simulate(model, at, t_end, result, error, options=options)
       call no_error(failure, error)
       call check(failure, result%status == status_reached_end, name//'it does not pass')
@@ -259,6 +262,13 @@ contains
 
       call run_row(40, 0.0_wp, 3.0_wp, 0.7_wp, 1.0e-8_wp, failure)
    end subroutine long_row
+
+   subroutine implicit_passes(failure)
+      character(:), allocatable, intent(inout) :: failure
+
+      call run_row(2, 0.0_wp, 3.0_wp, 1.5_wp, 1.0e-8_wp, failure, 'radau')
+      call run_row(20, 0.0_wp, 3.0_wp, 0.8_wp, 1.0e-6_wp, failure, 'radau')
+   end subroutine implicit_passes
 
    !> Turns the crank twice from some angles, and compares with the law of cosines.
    subroutine turn(driven, integrator, gap, rtol, failure)

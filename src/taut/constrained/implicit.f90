@@ -54,7 +54,8 @@ module taut_constrained_implicit
       real(wp), allocatable, private :: k(:), d(:), mass(:)
       !> df/dw, dg/dx, dg/dv, dg/dw.
       real(wp), allocatable, private :: f_w(:, :), g_x(:, :), g_v(:, :), g_w(:, :)
-      logical, allocatable, private :: kept(:)
+      !> Rows of A that are solved for, and those that are not redundant.
+      logical, allocatable, private :: kept(:), independent(:)
       !> Time constants of the damping of the elastic rows.
       real(wp), allocatable, private :: tau(:)
       type(band_pattern_t), private :: saddle
@@ -76,6 +77,8 @@ module taut_constrained_implicit
       procedure :: factorize
       procedure :: solve
       procedure :: multiply
+      procedure :: settle
+      procedure :: yield
       procedure :: start
       procedure :: displacement
    end type implicit_form_t
@@ -125,7 +128,7 @@ contains
       allocate (self%k(nnz), self%d(nnz), self%mass(nnz), source=0.0_wp)
       allocate (self%f_w(self%n_v, self%n_w), self%g_x(self%n_w, self%n_v), self%g_v(self%n_w, self%n_v), &
                 self%g_w(self%n_w, self%n_w), source=0.0_wp)
-      allocate (self%kept(self%c), source=.true.)
+      allocate (self%kept(self%c), self%independent(self%c), source=.true.)
       allocate (self%phi(self%n_phi), self%b_prime(self%c), self%psi(self%c), self%force(self%n_v), self%strain(self%n_e), &
                 self%part_x(self%n_x), self%part_v(self%n_v), self%part_c(self%c), self%part_e(self%n_e), self%other_x(self%n_x), &
                 self%other_v(self%n_v), self%other_c(self%c), self%other_e(self%n_e), self%mu(self%c), &
@@ -339,7 +342,8 @@ contains
       if (info /= rhs_ok) return
       call self%projector%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
-      call self%projector%kept_rows(self%kept)
+      call self%projector%kept_rows(self%independent)
+      self%kept(:) = self%independent
       associate (at => self%at, vdot => ydot(n_x + 1:n_x + n))
          call momentum(self, at, vdot, z)
          self%base(:) = self%balance
@@ -778,6 +782,50 @@ contains
       r(self%n + 1:) = 0.0_wp
    end subroutine multiply
 
+   !> lambda of redundant rows is zero: that of the others makes up for it. mu is to vanish; what predictions make of it would not be
+   !! noticed, for it does not move the state.
+   pure subroutine settle(self, z_start, z)
+      !> The form, linearized.
+      class(implicit_form_t), intent(in) :: self
+      !> z at the step's start: (n_z).
+      real(wp), intent(in), contiguous :: z_start(:)
+      !> {lambda; mu; sigma}: (n_z).
+      real(wp), intent(inout), contiguous :: z(:)
+
+      where (.not. self%independent)
+         z(:self%c) = 0.0_wp
+      elsewhere (.not. self%kept)
+         z(:self%c) = z_start(:self%c)
+      end where
+      z(self%c + 1:2*self%c) = 0.0_wp
+   end subroutine settle
+
+   !> Near a dead point what a row has that the others do not changes its sign within a step, and no Jacobian does for all stages. Such
+   !! rows are left out, with their lambda as at the step's start: it is smooth, and moves the state by nearly nothing there.
+   subroutine yield(self, h, yields, info)
+      !> The form, linearized.
+      class(implicit_form_t), intent(inout) :: self
+      !> The step [s].
+      real(wp), intent(in) :: h
+      !> Whether there are such rows.
+      logical, intent(out) :: yields
+      !> `rhs_ok` or `rhs_retry`.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      yields = .false.
+      if (self%c < 2) return
+      self%stage%t = self%at%t
+      self%stage%x(:) = self%at%x
+      self%unit(:) = -h*self%at%v
+      call self%model%displace(self%unit, self%stage%x)
+      call self%model%normalize(self%stage%x)
+      call evaluate_jacobian(self%model, self%stage, self%a)
+      self%kept(:) = self%independent
+      call self%projector%leave_out(self%a, self%kept, info)
+      yields = any(self%kept .neqv. self%independent)
+   end subroutine yield
+
    !> Accelerations and multipliers of a state, with its internal forces as they are: M vdot + A^T lambda = f_s - B^T sigma,
    !! A vdot = b''. At a breakpoint a stiff part is not asked for its force afresh, for that would make it ring.
    subroutine start(self, ode, t, y, first, ydot, z, info)
@@ -809,7 +857,8 @@ contains
       call self%model%normalize(self%at%x)
       call self%projector%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
-      call self%projector%kept_rows(self%kept)
+      call self%projector%kept_rows(self%independent)
+      self%kept(:) = self%independent
       z(:2*c) = 0.0_wp
       ydot(:) = 0.0_wp
       if (self%n_e > 0 .and. first) then

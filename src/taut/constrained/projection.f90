@@ -113,6 +113,7 @@ module taut_constrained_projection
       procedure :: serialize
       procedure :: explain
       procedure :: kept_rows
+      procedure :: leave_out
       procedure :: divide_by_weight
       procedure :: meet_holonomic
       procedure :: meet
@@ -749,6 +750,35 @@ contains
 
       kept(:) = self%keeper%kept
    end subroutine kept_rows
+
+   !> Leaves rows out that come to depend on the others on the way to another state, until the next `linearize`.
+   subroutine leave_out(self, there, kept, info)
+      !> The projector, after `linearize`.
+      class(projector_t), intent(inout) :: self
+      !> A at the other state.
+      type(csr_t), intent(in) :: there
+      !> The rows that are kept so far, those that are left out taken off: (c).
+      logical, intent(inout) :: kept(:)
+      !> `rhs_ok` or `rhs_retry`.
+      integer, intent(out) :: info
+
+      call self%keeper%selection%leave_out(self%a, there, kept)
+      call factorize_rows(self%onto, kept)
+      if (info == 0 .and. .not. self%all_holonomic) call factorize_rows(self%onto_holonomic, kept(:self%onto_holonomic%c))
+      info = merge(rhs_ok, rhs_retry, info == 0)
+
+   contains
+
+      subroutine factorize_rows(onto, rows)
+         class(normal_solver_t), intent(inout) :: onto
+         logical, intent(in) :: rows(:)
+
+         call onto%keep(rows)
+         onto%revision = -1
+         call onto%factorize(self%a, self%w, self%identity, info)
+      end subroutine factorize_rows
+
+   end subroutine leave_out
 
    !> u := W^-1 u, after `linearize`.
    subroutine divide_by_weight(self, u)

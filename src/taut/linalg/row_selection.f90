@@ -61,6 +61,7 @@ module taut_linalg_row_selection
       procedure :: init
       procedure :: select => select_rows
       procedure :: null_vector
+      procedure :: leave_out
    end type row_selection_t
 
 contains
@@ -231,6 +232,34 @@ contains
       self%rank = count(self%kept)
       if (self%rank < self%c) self%smallest_pivot = 0.0_wp
    end subroutine select_rows
+
+   !> Of rows that are kept, leaves those out that may come to depend on the others on the way to another state: they have no more
+   !! that others do not have than rows change on that way. What was selected before is forgotten.
+   subroutine leave_out(self, a, there, kept)
+      !> The selection.
+      class(row_selection_t), intent(inout) :: self
+      !> The matrix, finite.
+      type(csr_t), intent(in) :: a
+      !> The matrix at the other state.
+      type(csr_t), intent(in) :: there
+      !> The rows: (c).
+      logical, intent(inout) :: kept(:)
+      integer :: i, k
+      real(wp) :: change, largest
+
+      call scale_entries(self, a)
+      largest = 0.0_wp
+      do i = 1, self%c
+         change = 0.0_wp
+         do k = self%first(i), self%first(i + 1) - 1
+            change = change + ((there%values(k) - a%values(k))*self%column_scale(self%column(k)))**2
+         end do
+         largest = max(largest, self%row_scale(i)*sqrt(change))
+      end do
+      self%kept(:) = kept .and. .not. self%empty
+      call factorize(self, largest, decide=.true.)
+      kept(:) = self%kept
+   end subroutine leave_out
 
    !> B = D_r A D_c.
    subroutine scale_entries(self, a)

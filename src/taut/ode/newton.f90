@@ -32,6 +32,8 @@ module taut_ode_newton
       integer :: used = 0
       !> Whether there is a Jacobian, and whether it was built for this very step.
       logical :: has_jacobian = .false., fresh = .false.
+      !> Whether the equations hold something for the sake of the present step.
+      logical, private :: yields = .false.
       !> By how much the iteration is still off after its last correction, in units of that; the step of the factors.
       real(wp), private :: eta = 1.0_wp, h_factors = 0.0_wp
       real(wp), private :: change_before = 0.0_wp, tolerance = 0.0_wp
@@ -44,6 +46,7 @@ module taut_ode_newton
       procedure :: drop
       procedure :: restore
       procedure :: renew
+      procedure :: yield
       procedure :: factorize
       procedure :: begin
       procedure :: judge
@@ -147,8 +150,28 @@ contains
       work%jacobians = work%jacobians + 1
       self%has_jacobian = info == rhs_ok
       self%fresh = .true.
+      self%yields = .false.
       self%h_factors = 0.0_wp
    end subroutine renew
+
+   !> Where an iteration has failed with a fresh Jacobian: whether the equations can hold what hampers it.
+   subroutine yield(self, h, yields, info)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> The step [s].
+      real(wp), intent(in) :: h
+      !> Whether another try with this step and this Jacobian is of use.
+      logical, intent(out) :: yields
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      yields = .false.
+      info = rhs_ok
+      if (self%yields .or. .not. self%has_jacobian) return
+      call self%equations%yield(h, yields, info)
+      self%yields = yields
+      if (yields) self%h_factors = 0.0_wp
+   end subroutine yield
 
    !> The Jacobian where it was built.
    subroutine linearize_again(self, ode, info)
@@ -246,7 +269,7 @@ contains
       class(newton_t), intent(inout) :: self
 
       self%fresh = .false.
-      if (self%contraction > good_contraction) self%has_jacobian = .false.
+      if (self%contraction > good_contraction .or. self%yields) self%has_jacobian = .false.
    end subroutine accept
 
    !> Takes over what the equations have counted.

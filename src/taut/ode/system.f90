@@ -92,6 +92,8 @@ module taut_ode_system
       procedure(factorize_equations), deferred :: factorize
       procedure(solve_equations), deferred :: solve
       procedure(multiply_derivative), deferred :: multiply
+      procedure :: settle => nothing_to_settle
+      procedure :: yield => nothing_to_yield
    end type stage_equations_t
 
    abstract interface
@@ -335,6 +337,37 @@ contains
       associate (unused_time => before)
       end associate
    end subroutine project_behind
+
+   !> Sets the algebraic unknowns that the equations, as they were linearized, do not determine. By default there are none.
+   pure subroutine nothing_to_settle(self, z_start, z)
+      !> The equations, linearized.
+      class(stage_equations_t), intent(in) :: self
+      !> z at the step's start: (n_z).
+      real(wp), intent(in), contiguous :: z_start(:)
+      !> z as it is predicted: (n_z).
+      real(wp), intent(inout), contiguous :: z(:)
+
+      associate (unused_equations => self, unused_start => z_start, unused_unknowns => z)
+      end associate
+   end subroutine nothing_to_settle
+
+   !> Holds what cannot be solved for with one Jacobian all over a step, where Newton's iteration does not converge. By default
+   !! there is nothing.
+   subroutine nothing_to_yield(self, h, yields, info)
+      !> The equations, linearized.
+      class(stage_equations_t), intent(inout) :: self
+      !> The step [s].
+      real(wp), intent(in) :: h
+      !> Whether something is held now, until the next linearization; it is to be factorized again.
+      logical, intent(out) :: yields
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      yields = .false.
+      info = rhs_ok
+      associate (unused_equations => self, unused_step => h)
+      end associate
+   end subroutine nothing_to_yield
 
    !> Evaluates J = df/dy, or what stands for it in `factorize`. The default cannot.
    subroutine no_linearization(self, t, y, info)

@@ -202,7 +202,7 @@ contains
       !> `rhs_ok`, or why there is no new state.
       integer, intent(out) :: info
       integer :: i
-      logical :: converged, stale
+      logical :: converged, stale, yields
 
       accepted = .false.
       h_next = h
@@ -217,6 +217,10 @@ contains
          call self%newton%count(self%work)
          if (converged) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
+         if (self%newton%fresh .and. info == rhs_ok) then
+            call self%newton%yield(h, yields, info)
+            if (yields .and. info == rhs_ok) cycle
+         end if
          if (self%newton%fresh .or. info /= rhs_ok) then
             if (info == rhs_ok) info = rhs_not_solved
             call give_up(self, h, h_next)
@@ -258,6 +262,7 @@ contains
       real(wp), intent(in) :: t, h
       real(wp), intent(in), contiguous :: y(:)
       integer, intent(out) :: info
+      integer :: i
 
       info = rhs_ok
       if (.not. allocated(self%newton%equations)) then
@@ -274,6 +279,9 @@ contains
          call self%newton%renew(ode, t + c(2)*h, h, self%state, self%rate, self%z_stage(:, 2), self%work, info)
          if (info /= rhs_ok) return
       end if
+      do i = 1, 3
+         call self%newton%equations%settle(self%z, self%z_stage(:, i))
+      end do
       call self%newton%factorize(ode, h, nu, self%work, info)
    end subroutine get_matrices
 
