@@ -47,6 +47,7 @@ contains
                new_test('N-four-bar through its singular positions', n_four_bar), &
                new_test('Bricard names its redundancy', bricard), &
                new_test('Bricard by the implicit integrator', implicit_bricard), &
+               new_test('what is prevented twice, and which reactions are unique', words_of_redundancy), &
                new_test('Andrews: published accelerations, forces and motion', andrews), &
                new_test('a disc rolls round a circle', rolling_disc), &
                new_test('the governor keeps its angular momentum', governor), &
@@ -320,6 +321,70 @@ contains
       call check(failure, run%result%steps + run%result%rejected < 400, to_text(run%result%steps)//' steps')
    end subroutine implicit_bricard
 
+   !> Closed forms: what circulates in a loop of joints is what all of them can transmit.
+   subroutine words_of_redundancy(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(*), parameter :: gravity = '&gravity acceleration = 0, 0, -9.81 /'//lf
+      character(*), parameter :: rod = '", shape = "rod", thickness = 0.1, mass = 1, from = '
+      character(*), parameter :: door = gravity//'&body name = "door'//rod//'0,0,0, to = 1,0,1 /'//lf
+      character(*), parameter :: hinge = '", type = "revolute", body_2 = "door", axis = 0,0,1, point = '
+      character(*), parameter :: low_high = '&joint name = "low'//hinge//'0,0,0 /'//lf// &
+                                            '&joint name = "high'//hinge//'0,0,1 /'//lf
+
+      call expect(door//low_high, 5, &
+                  'low, high: two rotations across the parallel axes (0, 0, 1) and three shifts are prevented twice', &
+                  'force along, force across, moment across of low, high')
+      call expect(door//low_high//'&joint name = "mid'//hinge//'0,0,0.4 /'//lf, 5, &
+                  'low, high, mid: four rotations across the parallel axes (0, 0, 1) and six shifts are prevented more than once', &
+                  'force along, force across, moment across of low, high, mid')
+      call expect(door//'&joint name = "one", type = "fixed", body_2 = "door", point = 0,0,0 /'//lf// &
+                  '&joint name = "two", type = "fixed", body_2 = "door", point = 1,0,1 /'//lf, 6, &
+                  'one, two: three rotations and three shifts are prevented twice', 'of one, two')
+      call expect(gravity//'&body name = "crank'//rod//'0,0,0, to = 0.3,0,1 /'//lf// &
+                  '&body name = "coupler'//rod//'0.3,0,1, to = 2.2,0,1.2 /'//lf// &
+                  '&body name = "rocker'//rod//'2,0,0, to = 2.2,0,1.2 /'//lf// &
+                  pin('A', 'ground', 'crank', '0,0,0')//pin('B', 'crank', 'coupler', '0.3,0,1')// &
+                  pin('C', 'coupler', 'rocker', '2.2,0,1.2')//pin('D', 'ground', 'rocker', '2,0,0'), 17, &
+                  'A, B, C, D: two rotations across the parallel axes (0, 1, 0) and one shift along them are prevented twice', &
+                  'force along, moment across of A, B, C, D; unique: force across')
+      call expect('&gravity /'//lf//'&body name = "rod'//rod//'0,0,0, to = 1,0,0 /'//lf//pin('hinge', 'ground', 'rod', '0,0,0')// &
+                  '&point_mass name = "road", mass = 1, position = 0,2,0 /'//lf// &
+                  '&joint name = "slide", type = "prismatic", body_2 = "road", point = 0,2,0, axis = 1,0,0 /'//lf, 7, &
+                  '3 of slide'//lf// &
+                  'slide: three rotations are asked of road, which is a point mass and has none: they are ignored', &
+                  'of freedom')
+
+   contains
+
+      function pin(name, one, two, point) result(text)
+         character(*), intent(in) :: name, one, two, point
+         character(:), allocatable :: text
+
+         text = '&joint name = "'//name//'", type = "revolute", body_1 = "'//one//'", body_2 = "'//two// &
+                '", axis = 0,1,0, point = '//point//' /'//lf
+      end function pin
+
+      subroutine expect(text, rank, redundancy, reactions)
+         character(*), intent(in) :: text, redundancy, reactions
+         integer, intent(in) :: rank
+         type(namelist_file_t) :: file
+         type(run_t) :: run
+         type(error_t), allocatable :: error
+
+         if (allocated(failure)) return
+         call load(text//'&integration t_end = 0.1 /'//lf//'&output dt = 0.1 /'//lf, file, error)
+         call no_error(failure, error)
+         if (allocated(failure)) return
+         call read_mechanism(file, run%model, run%start, run%settings, run%report, error)
+         call no_error(failure, error)
+         if (allocated(failure)) return
+         call check(failure, run%report%rank == rank, 'rank '//to_text(run%report%rank))
+         call check(failure, index(run%report%text, redundancy) > 0, run%report%text)
+         call check(failure, index(run%report%text, reactions) > 0, run%report%text)
+      end subroutine expect
+
+   end subroutine words_of_redundancy
+
    subroutine check_bricard(run, failure)
       type(run_t), intent(in) :: run
       character(:), allocatable, intent(inout) :: failure
@@ -329,6 +394,9 @@ contains
       call check(failure, sum(run%report%redundant) == 1 .and. all(run%report%involved), &
                'the loop has one redundancy, of all joints')
       call check(failure, index(run%report%text, '1 redundant') > 0, run%report%text)
+      call check(failure, index(run%report%text, &
+                                'J1, J2, J3, J4, J5, J6: one shift along (0.577, 0.577, 0.577) is prevented twice') > 0, &
+                 run%report%text)
       call check_below(failure, run%model%energy(run%at) - run%model%energy(run%start), 1.0e-4_wp, 'energy')
       call check_below(failure, violation(run), 1.0e-10_wp, 'violation')
       call check(failure, index(run%model%note(), '6 joints are not unique') > 0, 'the summary warns: '//run%model%note())

@@ -782,8 +782,8 @@ contains
       r(self%n + 1:) = 0.0_wp
    end subroutine multiply
 
-   !> lambda of redundant rows is zero: that of the others makes up for it. mu is to vanish; what predictions make of it would not be
-   !! noticed, for it does not move the state.
+   !> lambda of redundant rows is zero: that of the others makes up for it. mu is to vanish; what predictions make of it would not
+   !! be noticed, for it does not move the state.
    pure subroutine settle(self, z_start, z)
       !> The form, linearized.
       class(implicit_form_t), intent(in) :: self
@@ -791,17 +791,20 @@ contains
       real(wp), intent(in), contiguous :: z_start(:)
       !> {lambda; mu; sigma}: (n_z).
       real(wp), intent(inout), contiguous :: z(:)
+      integer :: i
 
-      where (.not. self%independent)
-         z(:self%c) = 0.0_wp
-      elsewhere (.not. self%kept)
-         z(:self%c) = z_start(:self%c)
-      end where
-      z(self%c + 1:2*self%c) = 0.0_wp
+      do i = 1, self%c
+         if (.not. self%independent(i)) then
+            z(i) = 0.0_wp
+         else if (.not. self%kept(i)) then
+            z(i) = z_start(i)
+         end if
+         z(self%c + i) = 0.0_wp
+      end do
    end subroutine settle
 
-   !> Near a dead point what a row has that the others do not changes its sign within a step, and no Jacobian does for all stages. Such
-   !! rows are left out, with their lambda as at the step's start: it is smooth, and moves the state by nearly nothing there.
+   !> Near a dead point what a row has that the others do not changes its sign within a step, and no Jacobian does for all stages.
+   !! Such rows are left out, with their lambda as at the step's start: it is smooth, and moves the state by nearly nothing there.
    subroutine yield(self, h, yields, info)
       !> The form, linearized.
       class(implicit_form_t), intent(inout) :: self

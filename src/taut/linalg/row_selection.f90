@@ -13,7 +13,7 @@ module taut_linalg_row_selection
    use taut_kinds, only: wp
    use taut_linalg_csr, only: csr_t
    use taut_linalg_ordering, only: minimum_degree
-   use taut_linalg_rank, only: doubtful_pivot, independent, largest_share, with_noise
+   use taut_linalg_rank, only: doubtful_pivot, independent, largest_share, passed_pivot, with_noise
    use taut_linalg_sparse_factor, only: sparse_factor_t
    implicit none (type, external)
    private
@@ -257,7 +257,7 @@ contains
          largest = max(largest, self%row_scale(i)*sqrt(change))
       end do
       self%kept(:) = kept .and. .not. self%empty
-      call factorize(self, largest, decide=.true.)
+      call factorize(self, max(largest, sqrt(passed_pivot)), decide=.true.)
       kept(:) = self%kept
    end subroutine leave_out
 

@@ -33,7 +33,7 @@ module taut_ode_newton
       !> Whether there is a Jacobian, and whether it was built for this very step.
       logical :: has_jacobian = .false., fresh = .false.
       !> Whether the equations hold something for the sake of the present step.
-      logical, private :: yields = .false.
+      logical :: yields = .false.
       !> By how much the iteration is still off after its last correction, in units of that; the step of the factors.
       real(wp), private :: eta = 1.0_wp, h_factors = 0.0_wp
       real(wp), private :: change_before = 0.0_wp, tolerance = 0.0_wp

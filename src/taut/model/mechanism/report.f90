@@ -6,14 +6,13 @@ module taut_model_mechanism_report
    use taut_constrained_start, only: start_report_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: quantity_t
-   use taut_linalg_csr, only: csr_t
-   use taut_linalg_row_selection, only: row_selection_t
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: pose_t
+   use taut_model_mechanism_redundancy, only: find_redundancy, redundancy_t
    use taut_rotation, only: log_rotation
    implicit none (type, external)
    private
-   public :: mechanism_report_t, report_start, find_redundancy
+   public :: mechanism_report_t, report_start
 
    !> What was found.
    type :: mechanism_report_t
@@ -27,8 +26,6 @@ module taut_model_mechanism_report
       character(:), allocatable :: text
    end type mechanism_report_t
 
-   !> Share of a row, each of length one, from which on it takes part in a dependence.
-   real(wp), parameter :: in_a_dependence = 1.0e-6_wp
    character, parameter :: nl = new_line('a')
 
 contains
@@ -46,12 +43,17 @@ contains
       !> What was found.
       type(mechanism_report_t), intent(out) :: report
       type(pose_t) :: after, before
+      type(redundancy_t) :: found
       character(:), allocatable :: line
       real(wp) :: moved, turned
       integer :: i, rank, redundant
 
-      rank = start%rank
-      call find_redundancy(model, assembled, rank, report)
+      call find_redundancy(model, assembled, found)
+      rank = found%rank
+      report%rank = rank
+      report%freedoms = model%n - rank
+      report%redundant = found%redundant
+      report%involved = found%involved
       redundant = model%c - rank
       model%findings = [quantity_t ::]
       model%remark = ''
@@ -73,17 +75,14 @@ contains
          end do
          if (len(line) > 2) line = ': '//line(3:)
          report%text = report%text//counted(redundant, 'redundant constraint', 'redundant constraints')//line//nl
-         line = ''
+         report%text = report%text//found%text
          do i = 1, size(model%joints)
-            if (.not. report%involved(i)) cycle
-            call add('not_unique:'//model%joints(i)%name, 1.0_wp, '1')
-            if (len(line) < 200) line = line//', '//model%joints(i)%name
+            if (report%involved(i)) call add('not_unique:'//model%joints(i)%name, 1.0_wp, '1')
          end do
-         if (len(line) > 2) report%text = report%text// &
-            'reactions that are not unique (those of least norm are given): '//line(3:)//nl
-         model%remark = counted(redundant, 'redundant constraint', 'redundant constraints')//': reactions of '// &
-                        counted(count(report%involved), 'joint', 'joints')// &
-                        ' are not unique; those of least norm are given'
+         model%remark = counted(redundant, 'redundant constraint', 'redundant constraints')
+         if (any(report%involved)) model%remark = model%remark//': reactions of '// &
+                                                  counted(count(report%involved), 'joint', 'joints')// &
+                                                  ' are not unique; those of least norm are given'
       end if
       do i = 1, size(model%bodies)
          call model%pose_of(given, i, before)
@@ -129,46 +128,5 @@ contains
       text = to_text(number)//' '//trim(many)
       if (number == 1) text = '1 '//one
    end function counted
-
-   !> Which rows depend on the others, and on which: the rows that a selection leaves out, and their null vectors. Its order of the
-   !! rows is one of little fill, so that the time is linear for chains of loops.
-   subroutine find_redundancy(model, at, rank, report)
-      !> The mechanism and its state.
-      type(mechanism_t), intent(in) :: model
-      !> The state at which it is evaluated.
-      type(state_t), intent(in) :: at
-      !> Rank of A.
-      integer, intent(in) :: rank
-      !> What was found.
-      type(mechanism_report_t), intent(out) :: report
-      type(row_selection_t) :: selection
-      type(csr_t) :: a
-      real(wp), allocatable :: v(:)
-      integer, allocatable :: first(:), column(:), group(:)
-      integer :: i, k
-
-      report%rank = rank
-      report%freedoms = model%n - rank
-      allocate (report%redundant(size(model%joints)), source=0)
-      allocate (report%involved(size(model%joints)), source=.false.)
-      if (rank >= model%c) return
-      call model%pattern(first, column)
-      call model%column_groups(group)
-      call a%set_pattern(model%n, first, column)
-      call model%jacobian_entries(at, a%values)
-      call selection%init(a, model%c, group, rcond=0.0_wp)
-      call selection%select(a, noise=0.0_wp)
-      allocate (v(model%c))
-      do k = 1, model%c
-         if (selection%kept(k)) cycle
-         associate (j => model%joint_of_row(k))
-            report%redundant(j) = report%redundant(j) + 1
-         end associate
-         call selection%null_vector(k, v)
-         do i = 1, model%c
-            if (abs(v(i)) > in_a_dependence*selection%row_scale(i)) report%involved(model%joint_of_row(i)) = .true.
-         end do
-      end do
-   end subroutine find_redundancy
 
 end module taut_model_mechanism_report

@@ -59,6 +59,8 @@ module taut_ode_stepper_radau
    real(wp), parameter :: worth_growing = 1.2_wp
    !> After an iteration that failed: the share of the step that is allowed next, and its growth per step.
    real(wp), parameter :: cap_after_failure = 0.8_wp, growth_of_cap = 1.05_wp
+   !> Tries without a solution before the equations are asked to hold what hampers it: what they hold costs accuracy.
+   integer, parameter :: patience = 0
    !> The least error that the predictive controller remembers.
    real(wp), parameter :: least_error = 1.0e-2_wp
    !> Limits of the change of a step, and safety.
@@ -72,6 +74,8 @@ module taut_ode_stepper_radau
       real(wp), private :: h_old = 0.0_wp, error_old = 0.0_wp, cap = huge(1.0_wp)
       !> Whether there is a step before; whether a try was rejected; whether z is known.
       logical, private :: has_history = .false., rejected = .false., knows_z = .false.
+      !> Tries without a solution since the last step that holds.
+      integer, private :: failures = 0
       !> Derivative and algebraic unknowns at the step's start, and the derivative at its end.
       real(wp), allocatable, private :: ydot(:), z(:), ydot_new(:)
       !> Increments of the stages and their algebraic unknowns, of this try and of the step before.
@@ -151,6 +155,7 @@ contains
       self%knows_z = info == rhs_ok
       self%has_history = .false.
       self%rejected = .false.
+      self%failures = 0
       self%error_old = least_error
       self%cap = huge(1.0_wp)
    end subroutine start
@@ -217,7 +222,7 @@ contains
          call self%newton%count(self%work)
          if (converged) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
-         if (self%newton%fresh .and. info == rhs_ok) then
+         if (self%newton%fresh .and. info == rhs_ok .and. self%failures >= patience) then
             call self%newton%yield(h, yields, info)
             if (yields .and. info == rhs_ok) cycle
          end if
@@ -248,6 +253,16 @@ contains
          return
       end if
       self%shift(:) = y_new - self%state
+      if (self%newton%yields) then
+         ! What was held is seen in the way back only.
+         self%work_y(:) = self%shift
+         call ode%weigh_error(h, self%work_y)
+         accepted = control%norm(self%work_y, y, y_new) <= 1.0_wp
+         if (.not. accepted) then
+            call give_up(self, h, h_next)
+            return
+         end if
+      end if
       self%h_try = h
       self%gain = h*dot_product(b, self%integrand)
       self%gain_error = abs(self%gain - h*(self%integrand_behind*b_low(1) + dot_product(b_low(2:), self%integrand(:2))))
@@ -291,6 +306,7 @@ contains
       real(wp), intent(in) :: h
       real(wp), intent(out) :: h_next
 
+      self%failures = self%failures + 1
       self%cap = cap_after_failure*abs(h)
       h_next = 0.5_wp*h
       call self%newton%drop()
@@ -481,6 +497,7 @@ contains
       end do
       self%h_old = self%h_try
       self%has_history = .true.
+      self%failures = 0
       self%rejected = .false.
       call self%newton%accept()
    end subroutine accept
