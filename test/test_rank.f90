@@ -20,7 +20,7 @@ module test_rank
    use taut_ode_options, only: integration_options_t, integration_result_t
    implicit none (type, external)
    private
-   public :: collect_rank
+   public :: collect_rank, collect_rank_study
 
    !> Bodies and the rows of their joints, in whole numbers, so that the rank is exact.
    type :: mechanism_t
@@ -48,8 +48,16 @@ contains
               new_test('rows of zeros are set aside', empty_rows), &
               new_test('null vectors have no large entries', small_shares), &
               new_test('a dead point is passed with the same rank', dead_point_held), &
-              new_test('a start in a singular position: the rank rises once', rank_rises)]
+              new_test('a start in a singular position: the rank rises once', rank_rises), &
+              new_test('a change of the rank is told with its time and row', told_change)]
    end function collect_rank
+
+   !> Slow tests, run by name: `fpm test -- 'rank study'`.
+   function collect_rank_study() result(tests)
+      type(test_t), allocatable :: tests(:)
+
+      tests = [new_test('a thousand mechanisms', thousand_mechanisms)]
+   end function collect_rank_study
 
    !> A row with entries in a list of columns.
    subroutine add_row(self, column, value)
@@ -424,6 +432,52 @@ contains
       call by_every_solver(failure, m, 0.0_wp, 1.0_wp, 4.5_wp, 1.0e-6_wp, 'masses over nine decades')
       call by_every_solver(failure, row_of_loops(3), 3.0_wp, 1.0_wp, 4.5_wp, 1.0e-6_wp, 'loops, masses over nine decades')
    end subroutine any_units
+
+   !> From one body to ninety, rows in units over six decades, lengths over twelve and masses over nine.
+   subroutine thousand_mechanisms(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(mechanism_t) :: m
+      integer :: bodies, i
+      real(wp) :: length
+
+      call restart_random()
+      do i = 1, 1000
+         call skip(i)
+         ! More small ones than large ones.
+         bodies = 1 + (90*modulo(37*i, 1000)**2)/1000000
+         m = random_mechanism(bodies)
+         length = 10.0_wp**(modulo(i, 13) - 6)
+         call by_every_solver(failure, m, 3.0_wp, length, 0.0_wp, 1.0e-4_wp, 'number '//to_text(i))
+         call skip(2*i)
+         call by_every_solver(failure, m, 0.0_wp, 1.0_wp, 4.5_wp, 1.0e-4_wp, 'number '//to_text(i)//' with masses')
+         if (allocated(failure)) return
+      end do
+   end subroutine thousand_mechanisms
+
+   subroutine told_change(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(csr_t) :: a
+      type(rank_keeper_t) :: keeper
+      type(block_diagonal_t) :: k
+      class(normal_solver_t), allocatable :: onto
+      real(wp) :: angle
+      integer :: i, info
+
+      call a%init(2, 2)
+      call k%init([1, 1])
+      call keeper%init(a, 2, [1, 1], 0.0_wp)
+      call choose_solver('pivoted-cholesky', a, 2, [1, 1], 0.0_wp, onto)
+      do i = 0, 3
+         angle = merge(0.0_wp, 0.1_wp, i < 2)
+         call a%set_dense(reshape([1.0_wp, cos(angle), 0.0_wp, sin(angle)], [2, 2]))
+         call keeper%prepare(a, 0.0_wp, onto)
+         call onto%factorize(a, k, .true., info)
+         call keeper%look(a, onto, real(i, wp), 0.0_wp)
+      end do
+      call check(failure, count(keeper%kept) == 2 .and. size(keeper%changes, 2) == 1, 'the rank does not rise once')
+      if (allocated(failure)) return
+      call check_below(failure, maxval(abs(keeper%changes(:, 1) - [3.0_wp, 1.0_wp, 2.0_wp, 2.0_wp])), 0.0_wp, 'what is told of it')
+   end subroutine told_change
 
    !> One axis of a loop out of parallel by an angle: independent above 1e-6, dependent below, and told in between.
    subroutine tilted_axis(failure)

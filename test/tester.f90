@@ -35,7 +35,7 @@ program tester
    use test_radau, only: collect_radau
    use test_read_mechanism, only: collect_read_mechanism
    use test_restart, only: collect_restart
-   use test_rank, only: collect_rank
+   use test_rank, only: collect_rank, collect_rank_study
    use test_ritz, only: collect_ritz
    use test_rigid_bodies, only: collect_rigid_bodies
    use test_squeezer, only: collect_squeezer
@@ -114,6 +114,8 @@ program tester
    call run_suite('assembly', collect_assembly(), trim(only), outcome)
    call run_suite('mechanism', collect_mechanism(), trim(only), outcome)
    call run_suite('mechanism case', collect_mechanism_case(), trim(only), outcome)
+   ! Slow ones, run by name.
+   if (only == 'rank study') call run_suite('rank study', collect_rank_study(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'
    if (outcome%failed > 0) stop 1, quiet=.true.
 end program tester

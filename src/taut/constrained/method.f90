@@ -132,6 +132,9 @@ module taut_constrained_method
       procedure, non_overridable :: refuse_large
    end type constrained_ode_t
 
+   !> So many changes of the rank are told one by one.
+   integer, parameter :: most_changes = 3
+
 contains
 
    !> Sets a system and a method together; nothing is allocated afterwards.
@@ -441,6 +444,8 @@ contains
       class(constrained_ode_t), intent(in) :: self
       !> One line without commas; empty if there is nothing.
       character(:), allocatable, intent(out) :: text
+      character(:), allocatable :: row
+      integer :: i
       character(:), allocatable :: own
 
       text = ''
@@ -448,6 +453,19 @@ contains
          text = to_text(self%blows)//' '//trim(merge('blow ', 'blows', self%blows == 1))// &
                 ' of drives that begin or stop at once: '//trim(merge('gained', 'lost  ', self%energy_of_blows > 0.0_wp))//' '// &
                 to_text(abs(self%energy_of_blows))//' J'
+      associate (changes => self%projector%keeper%changes)
+         do i = 1, size(changes, 2)
+            if (len(text) > 0) text = text//'; '
+            if (i > most_changes) then
+               text = text//'the rank changes '//to_text(size(changes, 2) - most_changes)//' times more'
+               exit
+            end if
+            call self%model%row_name(nint(changes(4, i)), row)
+            text = text//'at t = '//to_text(changes(1, i))//' s the rank '// &
+                   trim(merge('rises', 'falls', changes(3, i) > changes(2, i)))//' from '//to_text(nint(changes(2, i)))//' to '// &
+                   to_text(nint(changes(3, i)))//': '//row
+         end do
+      end associate
       call self%own_remark(own)
       if (len(text) > 0 .and. len(own) > 0) text = text//'; '
       text = text//own

@@ -66,6 +66,8 @@ module taut_constrained_system
       procedure :: jacobian_entries => entries_not_supplied
       !> Which velocities are measured in one unit, so that rows of A can be compared; by default all of them.
       procedure :: column_groups => one_group
+      !> What a constraint is called where something is said of it; by default it is numbered.
+      procedure :: row_name => numbered_row
       !> b', Eq. (6a); by default zero: constraints that do not depend on time.
       procedure :: velocity_rhs => zero_vector
       !> b'', Eq. (6b).
@@ -146,6 +148,16 @@ module taut_constrained_system
          !> The number of the set for each velocity, from 1 on: (n); empty if there is one.
          integer, allocatable, intent(out) :: group(:)
       end subroutine one_group
+
+      !> A row by its number.
+      module subroutine numbered_row(self, row, name)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> Which row of A.
+         integer, intent(in) :: row
+         !> A few words without commas.
+         character(:), allocatable, intent(out) :: name
+      end subroutine numbered_row
 
       !> A vector of zeros.
       module subroutine zero_vector(self, at, value)

@@ -29,10 +29,12 @@ module taut_linalg_rank_keeper
       integer :: dead = 0, rising = 0
       !> The smallest pivot after the last selection; negative: not known yet.
       real(wp) :: first_pivot = -1.0_wp
-      !> Changes of the rank so far: time [s], rank before and after, one column each (3, changes).
+      !> Changes of the rank so far: time [s], rank before and after, a row that has come or gone, one column each (4, changes).
       real(wp), allocatable :: changes(:, :)
       !> Rank of what held before it was let go; negative: nothing did.
       integer :: rank_before = -1
+      !> The rows before the selection at hand: (c).
+      logical, allocatable, private :: kept_before(:)
       !> A motion, projected on what the rows in charge allow: (n); workspace: (c).
       real(wp), allocatable, private :: probe(:), r(:), lambda(:), zero(:)
    contains
@@ -60,8 +62,8 @@ contains
       !> Relative size of what a row must have that others do not; 0 for the default.
       real(wp), intent(in) :: rcond
 
-      allocate (self%kept(c), source=.true.)
-      allocate (self%changes(3, 0))
+      allocate (self%kept(c), self%kept_before(c), source=.true.)
+      allocate (self%changes(4, 0))
       call self%selection%init(a, c, group, rcond)
       allocate (self%probe(a%n), self%r(c), self%lambda(c), self%zero(c), source=0.0_wp)
    end subroutine init
@@ -157,6 +159,7 @@ contains
          self%rank_before = -1
          return
       end if
+      self%kept_before(:) = self%kept
       pivot = solver%weakest()
       call solver%judge(pivot)
       if (self%first_pivot < 0.0_wp) self%first_pivot = pivot
@@ -176,9 +179,12 @@ contains
 
       subroutine compare(rank)
          integer, intent(in) :: rank
+         integer :: row
 
          if (count(self%kept) == rank) return
-         self%changes = reshape([self%changes, t, real(rank, wp), real(count(self%kept), wp)], [3, size(self%changes, 2) + 1])
+         row = findloc((self%kept .neqv. self%kept_before) .and. (self%kept .eqv. (count(self%kept) > rank)), .true., 1)
+         self%changes = reshape([self%changes, t, real(rank, wp), real(count(self%kept), wp), real(row, wp)], &
+                                [4, size(self%changes, 2) + 1])
       end subroutine compare
 
    end subroutine look
@@ -213,6 +219,7 @@ contains
       if (.not. self%holds) return
       self%holds = .false.
       self%rank_before = count(self%kept)
+      self%kept_before(:) = self%kept
    end subroutine release
 
    !> Takes rows that were in charge before.

@@ -105,6 +105,7 @@ module taut_model_mechanism
       procedure :: v_name
       procedure :: pattern
       procedure :: column_groups
+      procedure :: row_name
       procedure :: constraint
       procedure :: jacobian
       procedure :: jacobian_entries
@@ -299,6 +300,16 @@ module taut_model_mechanism
          !> The number of the set for each velocity: (n).
          integer, allocatable, intent(out) :: group(:)
       end subroutine column_groups
+
+      !> A row by its joint and by what it prevents.
+      module subroutine row_name(self, row, name)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> Which row of A.
+         integer, intent(in) :: row
+         !> A few words without commas.
+         character(:), allocatable, intent(out) :: name
+      end subroutine row_name
 
       !> phi, row by row.
       module subroutine constraint(self, at, value)

@@ -194,7 +194,8 @@ contains
       if (.not. self%is_at(t, y)) then
          self%projected = .false.
          call self%unpack(t, y, self%at)
-         call project_x(self, info)
+         info = rhs_ok
+         if (self%projects_stages) call self%projector%position(self%model, self%at, info)
          if (info == rhs_ok) call self%projector%linearize(self%model, self%at, info, 0.0_wp)
          if (info /= rhs_ok) return
       end if

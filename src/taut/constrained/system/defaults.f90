@@ -2,13 +2,19 @@
 submodule(taut_constrained_system) taut_constrained_system_defaults
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use, intrinsic :: iso_fortran_env, only: int64
-   use taut_error, only: raise
+   use taut_error, only: raise, to_text
    implicit none (type, external)
 
    !> The bits of a quiet NaN, and in its payload the word taut.
    integer(int64), parameter :: mark = int(z'7FF8000074617574', int64)
 
 contains
+
+   module procedure numbered_row
+      name = 'constraint '//to_text(row)
+      associate (unused_system => self)
+      end associate
+   end procedure numbered_row
 
    module procedure one_group
       allocate (group(0))

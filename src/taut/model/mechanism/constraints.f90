@@ -1,6 +1,7 @@
 !> What the joints of a mechanism demand, row by row: phi, A, b' and b''; and what they carry.
 submodule(taut_model_mechanism) taut_model_mechanism_constraints
-   use taut_model_mechanism_row, only: row_angle, row_b_prime, row_b_second, row_cosine, row_entries, row_value
+   use taut_model_mechanism_row, only: row_angle, row_b_prime, row_b_second, row_cosine, row_distance, row_dot, row_entries, &
+                                        row_offset, row_point, row_value
    use taut_rotation, only: cross
    implicit none (type, external)
 
@@ -25,6 +26,27 @@ contains
          end associate
       end do
    end procedure column_groups
+
+   !> A row by its joint and by what it prevents.
+   module procedure row_name
+      associate (it => self%rows(row), joint => self%joints(self%joint_of_row(row)))
+         select case (it%kind)
+         case (row_point)
+            name = 'shift along '//'xyz'(maxloc(abs(it%a), 1):maxloc(abs(it%a), 1))
+         case (row_offset)
+            name = 'shift across its axis'
+            if (abs(dot_product(it%a, joint%frame_1(:, 3))) > 0.5_wp) name = 'shift along its axis'
+         case (row_dot, row_angle)
+            name = 'rotation about its axis'
+            if (abs(dot_product(it%b, joint%frame_2(:, 3))) > 0.5_wp) name = 'rotation across its axis'
+         case (row_distance)
+            name = 'distance'
+         case default
+            name = 'contact'
+         end select
+         name = joint%name//' ('//name//')'
+      end associate
+   end procedure row_name
 
    !> phi, row by row.
    module procedure constraint
