@@ -55,6 +55,7 @@ program tester
    use test_entries, only: collect_entries
    use test_equilibrium, only: collect_equilibrium
    use test_modes, only: collect_modes
+   use test_near, only: collect_near
    implicit none (type, external)
    type(outcome_t) :: outcome
    character(len=100) :: only
@@ -109,6 +110,7 @@ program tester
    call run_suite('beam', collect_beam(), trim(only), outcome)
    call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
    call run_suite('modes', collect_modes(), trim(only), outcome)
+   call run_suite('near', collect_near(), trim(only), outcome)
    call run_suite('statics', collect_statics(), trim(only), outcome)
    call run_suite('turns', collect_turns(), trim(only), outcome)
    call run_suite('assembly', collect_assembly(), trim(only), outcome)

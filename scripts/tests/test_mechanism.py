@@ -488,6 +488,37 @@ def test_modes_of_the_shipped_case(mechanism: Path, tmp_path: Path) -> None:
     assert found == pytest.approx(exact, rel=1e-9)
 
 
+TOGGLE = """&mechanism planar = .true. /
+&function name = "turn", kind = "ramp", rate = 0.5 /
+&body name = "crank", shape = "rod", mass = 0.5, from = 0, 0, to = 0.25, 0.433012701892219 /
+&body name = "coupler", shape = "rod", mass = 1.2, from = 0.25, 0.433012701892219,
+      to = 1.42473949850705, 0.677935364476571 /
+&body name = "rocker", shape = "rod", mass = 0.8, from = 1, 0, to = 1.42473949850705, 0.677935364476571 /
+&joint name = "O", type = "revolute", body_2 = "crank", point = 0, 0 /
+&joint name = "A", type = "revolute", body_1 = "crank", body_2 = "coupler", point = 0.25, 0.433012701892219 /
+&joint name = "B", type = "revolute", body_1 = "coupler", body_2 = "rocker",
+       point = 1.42473949850705, 0.677935364476571 /
+&joint name = "C", type = "revolute", body_2 = "rocker", point = 1, 0, drive_angle = "turn" /
+&integration t_end = 10 /
+&output dt = 0.01 /
+"""
+
+
+def test_a_drive_that_cannot_be_followed_is_named(mechanism: Path, tmp_path: Path) -> None:
+    (tmp_path / "toggle.nml").write_text(TOGGLE)
+    done = start(mechanism, tmp_path, "toggle.nml")
+    assert done.returncode == 1
+    assert "a dead point, where C cannot be driven; drive another joint, or end before it" in done.stderr
+    assert "repeat" not in done.stdout
+    # The remedy: the crank may be driven all the way.
+    cured = TOGGLE.replace(', drive_angle = "turn"', "").replace(
+        "point = 0, 0 /", 'point = 0, 0, drive_angle = "turn" /'
+    )
+    (tmp_path / "toggle.nml").write_text(cured)
+    done = start(mechanism, tmp_path, "toggle.nml")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 TROLLEY = """&mechanism planar = .true. /
 &gravity /
 &body name = "cart", mass = 2, inertia = 1, velocity = 0, 0 /

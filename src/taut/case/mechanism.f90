@@ -228,6 +228,8 @@ contains
          if (i == 0) return
          error%what = 'the velocities of '//names//' contradict each other or what is held, '//to_text(left)// &
                       ' is left: '//error%what
+         call model%diagnose(reached, names)
+         if (allocated(names)) error%remedy = names
       end if
       call locate_named(file, file%groups(origins%of_joint(i)), model%joints(i)%name, error)
    end subroutine blame

@@ -300,6 +300,7 @@ contains
       type(state_t) :: at
       integer(int64) :: before, rate
       real(wp) :: seconds_before
+      character(:), allocatable :: diagnosis
       character(len=200) :: line
       character(:), allocatable :: balance, blows
       integer :: i
@@ -364,7 +365,12 @@ contains
          end if
          if (result%status /= status_reached_end .and. result%status /= status_event) then
             all_ended = .false.
-            if (allocated(result%error)) message = result%error%line()
+            if (allocated(result%error)) then
+               call model%diagnose(simulation%at, diagnosis)
+               ! What is wrong with the model comes before what may be done about the integration.
+               if (allocated(diagnosis)) result%error%remedy = diagnosis
+               message = result%error%line()
+            end if
          end if
          if (allocated(result%events)) then
             do i = 1, size(result%events)

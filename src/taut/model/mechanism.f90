@@ -114,6 +114,7 @@ module taut_model_mechanism
       procedure :: check_branch
       procedure :: strayed_joint
       procedure :: cosine_of_row
+      procedure :: diagnose
       procedure :: reaction
       procedure :: force
       procedure :: soft_force
@@ -360,6 +361,16 @@ module taut_model_mechanism
          !> b'': (c) [m/s^2] or [1/s^2].
          real(wp), intent(out) :: value(:)
       end subroutine acceleration_rhs
+
+      !> Joints that all but repeat each other, or are all but at a dead point.
+      module subroutine diagnose(self, at, text)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The state at which it is evaluated.
+         type(state_t), intent(in) :: at
+         !> Which, by how much, and what to do; not allocated if there are none.
+         character(:), allocatable, intent(out) :: text
+      end subroutine diagnose
 
       !> Names the joint that is met upside down, or half a turn from what drives it.
       module subroutine check_branch(self, at, what)

@@ -37,6 +37,7 @@ module taut_constrained_system_tables
       procedure :: quantities => no_quantities
       procedure :: describe => no_text
       procedure :: note => no_text
+      procedure :: diagnose => nothing_to_say
       procedure :: event_name => numbered_event
       procedure :: event_values => no_event_values
    end type tabulated_system_t
@@ -126,6 +127,20 @@ contains
       associate (unused_system => self)
       end associate
    end function no_text
+
+   !> What a system has to say where an integration did not get on; the default is nothing.
+   subroutine nothing_to_say(self, at, text)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> The state that was reached.
+      type(state_t), intent(in) :: at
+      !> What may be wrong with it, and what to do; not allocated if there is nothing to say.
+      character(:), allocatable, intent(out) :: text
+
+      if (.false.) text = ''
+      associate (unused_system => self, unused_state => at)
+      end associate
+   end subroutine nothing_to_say
 
    !> Name of an event in tables; the default is event1, event2, ...
    function numbered_event(self, i) result(name)

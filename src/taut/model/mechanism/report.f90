@@ -84,6 +84,8 @@ contains
                                                   counted(count(report%involved), 'joint', 'joints')// &
                                                   ' are not unique; those of least norm are given'
       end if
+      call model%diagnose(assembled, line)
+      if (allocated(line)) report%text = report%text//line//nl
       do i = 1, size(model%bodies)
          call model%pose_of(given, i, before)
          call model%pose_of(assembled, i, after)
