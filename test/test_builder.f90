@@ -25,7 +25,8 @@ contains
                new_test('elastic rows are the stiff part of the force', elastic_rows), &
                new_test('what is wrong first is told', faults), &
                new_test('what leaves the plane is refused', out_of_plane), &
-               new_test('events have names of their own, and values', faulty_events)]
+               new_test('events have names of their own, and values', faulty_events), &
+               new_test('what may not be meant is noted', noted)]
    end function collect_builder
 
    subroutine names_found(failure)
@@ -297,6 +298,28 @@ contains
       call builder%add_event('never', 'angle', ieee_value(1.0_wp, ieee_positive_inf), joint='A')
       call check(failure, index(told(builder), 'event "never": its value is not a number') == 1, told(builder))
    end subroutine faulty_events
+
+   subroutine noted(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(mechanism_builder_t) :: builder
+
+      call build(builder)
+      call builder%add_joint('far', 'spherical', 'upper', 'lower', point=[19.0_wp, 0.0_wp, 0.0_wp])
+      call builder%add_joint('free', 'prismatic', 'upper', 'lower', point=[1.0e3_wp, 0.0_wp, 0.0_wp], &
+                             axis=[1.0_wp, 0.0_wp, 0.0_wp])
+      call builder%add_body('turned', mass=1.0_wp, inertia=[1.0_wp, 1.0_wp, 1.0_wp], angle=-6.28_wp)
+      call check(failure, .not. (allocated(builder%notes) .or. allocated(builder%error)), 'nothing yet')
+      call builder%add_body('more', mass=1.0_wp, inertia=[1.0_wp, 1.0_wp, 1.0_wp], angle=-6.29_wp)
+      call builder%add_joint('farther', 'spherical', 'upper', 'more', point=[20.6_wp, 0.0_wp, 0.0_wp])
+      call check(failure, .not. allocated(builder%error), 'it is taken: '//told(builder))
+      if (.not. allocated(failure)) call check(failure, allocated(builder%notes), 'something')
+      if (allocated(failure)) return
+      call check(failure, size(builder%notes) == 2, 'an angle, a joint far off one of its bodies')
+      if (allocated(failure)) return
+      call check(failure, index(builder%notes(1)%line(), 'body "more": angle = -6.2900') == 1, builder%notes(1)%line())
+      call check(failure, index(builder%notes(2)%line(), &
+                                'joint "farther": its point is 20.1000 m from the center of "upper"') == 1, builder%notes(2)%line())
+   end subroutine noted
 
    !> What a builder complains of.
    function told(builder) result(line)

@@ -223,6 +223,28 @@ BAD = {
         'case.nml:3: &spring "s"',
         'did you mean "hinge"?',
     ),
+    "misspelt type": (
+        ROD + HINGE.replace("revolute", "revolut"),
+        'case.nml:2: &joint "hinge"',
+        'did you mean "revolute"?',
+    ),
+    "misspelt shape": (
+        ROD.replace('shape = "rod"', 'shape = "rood"') + HINGE,
+        'case.nml:1: &body "rod"',
+        'did you mean "rod"?',
+    ),
+    "misspelt quantity": (
+        ROD + HINGE + '&event name = "e", joint = "hinge", quantity = "angel" /\n',
+        'case.nml:3: &event "e"',
+        'did you mean "angle"?',
+    ),
+    "misspelt body that is held": ('&mechanism hold = "rodd.x" /\n' + ROD + HINGE, 'did you mean "rod"?'),
+    "moments of inertia in the plane": (
+        PLANE.replace("inertia = 0.1", "inertia = 0.1, 0.2, 0.3"),
+        'case.nml:2: &body "rod"',
+        "3 numbers",
+        "about z",
+    ),
     "vector of two numbers in space": (
         ROD.replace("to = 1, 0, 0", "to = 1, 0") + HINGE,
         'case.nml:1: &body "rod"',
@@ -257,6 +279,48 @@ def test_bad_input(mechanism: Path, tmp_path: Path, case: tuple[str, ...]) -> No
     assert fault.count(": ") >= 2 and remedy.strip()
     assert done.stdout == ""
     assert not (tmp_path / "out").exists()
+
+
+NOTED = {
+    "angle in degrees": (
+        ROD + HINGE.replace("axis = 0, 1, 0", "axis = 0, 1, 0, angle = 90"),
+        'case.nml:2: &joint "hinge": angle = 90.0000 rad is 14.3239 turns',
+    ),
+    "orientation in degrees": (
+        ROD.replace("from = 0, 0, 0, to = 1, 0, 0", "length = 1, orientation = 0, 0, 90"),
+        'case.nml:1: &body "rod": |orientation| = 90.0000 rad',
+    ),
+    "free angle in degrees": (
+        ROD + HINGE + '&spring name = "s", joint = "hinge", stiffness = 0.1, free_angle = 45 /\n',
+        'case.nml:3: &spring "s": free_angle = 45.0000 rad',
+    ),
+    "event in degrees": (
+        ROD + HINGE + '&event name = "e", joint = "hinge", value = 45 /\n',
+        'case.nml:3: &event "e": value = 45.0000 rad',
+    ),
+    "point in millimeters": (
+        ROD + HINGE.replace("point = 0, 0, 0", "point = 1000, 0, 0"),
+        'case.nml:2: &joint "hinge": its point is 999.5000 m from the center of "rod"',
+    ),
+}
+
+
+@pytest.mark.parametrize("case", NOTED.values(), ids=NOTED)
+def test_what_may_not_be_meant_is_noted(mechanism: Path, tmp_path: Path, case: tuple[str, str]) -> None:
+    text, note = case
+    (tmp_path / "case.nml").write_text(text + SHORT)
+    done = start(mechanism, tmp_path, "case.nml", "--out", "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [line for line in done.stdout.splitlines() if line.startswith(f"note: {note}")]
+    assert "notes on the case file: 1" in (tmp_path / "out/case/summary.csv").read_text()
+
+
+def test_point_along_an_axis_is_not_noted(mechanism: Path, tmp_path: Path) -> None:
+    (tmp_path / "case.nml").write_text(ROD + HINGE.replace("point = 0, 0, 0", "point = 0, 1000, 0") + SHORT)
+    done = start(mechanism, tmp_path, "case.nml", "--out", "out")
+    assert done.returncode == 0
+    assert "note" not in done.stdout
+    assert done.stdout.splitlines()[-1] == "results in out/case"
 
 
 def test_moment_of_one_number_in_the_plane(mechanism: Path, tmp_path: Path) -> None:

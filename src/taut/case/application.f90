@@ -139,6 +139,7 @@ contains
             call run_case(files(i), job%model, job%start, job%settings, options, checkpoint, all_ended, interrupted, error)
          end associate
          if (failed()) return
+         if (.not. line%quiet) call say('results in '//options%folder)
          if (interrupted) then
             code = code_interrupted
             return

@@ -255,7 +255,10 @@ contains
       end do
       if (.not. allocated(error)) call frequencies%finish(error)
       if (.not. allocated(error)) call shapes%finish(error)
-      if (.not. allocated(error)) return
+      if (.not. allocated(error)) then
+         if (.not. quiet) call say('results in '//folder)
+         return
+      end if
       call frequencies%discard()
       call shapes%discard()
    end subroutine write_beam_modes

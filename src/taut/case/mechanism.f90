@@ -76,7 +76,23 @@ contains
          return
       end if
       call assemble_start(file, flags, origins, model, start, settings, report, error)
+      if (.not. allocated(error) .and. allocated(builder%notes)) call tell_notes(builder%notes, model, report)
    end subroutine read_loaded
+
+   !> Says what was taken and may not be meant: in words to people, and in the summary that there is something to be read.
+   subroutine tell_notes(notes, model, report)
+      type(error_t), intent(in) :: notes(:)
+      type(mechanism_t), intent(inout) :: model
+      type(mechanism_report_t), intent(inout) :: report
+      integer :: i
+
+      do i = 1, size(notes)
+         report%text = report%text//'note: '//notes(i)%line()//new_line('a')
+      end do
+      model%description = report%text
+      if (len(model%remark) > 0) model%remark = model%remark//'; '
+      model%remark = model%remark//'notes on the case file: '//to_text(size(notes))//' (run it without --quiet)'
+   end subroutine tell_notes
 
    !> Reads a case file: the mechanism, where it starts, and how the file has it run.
    subroutine read_path(path, mechanism, start, error, method, options, t_end, report)

@@ -5,6 +5,7 @@ module taut_case_namelist_file
    use taut_error, only: error_t, raise, to_text
    use taut_case_posix, only: read_whole
    use taut_spelling, only: nearest_name
+   use taut_case_value, only: lower_case
    implicit none (type, external)
    private
    public :: namelist_file_t, group_t, assignment_t, check_names
@@ -132,7 +133,7 @@ contains
          end do
          n = n + 1
          associate (group => groups(n))
-            group%name = lower(text(start + 1:i - 1))
+            group%name = lower_case(text(start + 1:i - 1))
             group%line = line(start)
             first = i
             last = end_of_group(text, first)
@@ -242,7 +243,7 @@ contains
       do i = 1, n
          stop_at = len(text)
          if (i < n) stop_at = starts(i + 1) - 1
-         item%name = lower(trim(text(starts(i):equals(i) - 1)))
+         item%name = lower_case(trim(text(starts(i):equals(i) - 1)))
          item%line = line(starts(i))
          if (len(item%name) == 0) then
             call raise(error, group%place(path, line(equals(i))), 'there is a = without a name before it', &
@@ -439,17 +440,5 @@ contains
 
       answer = (c >= 'a' .and. c <= 'z') .or. (c >= 'A' .and. c <= 'Z') .or. (c >= '0' .and. c <= '9') .or. c == '_'
    end function is_name
-
-   !> A text in lower case.
-   pure function lower(text) result(small)
-      character(*), intent(in) :: text
-      character(len=len(text)) :: small
-      integer :: i
-
-      small = text
-      do i = 1, len(text)
-         if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') small(i:i) = achar(iachar(text(i:i)) + 32)
-      end do
-   end function lower
 
 end module taut_case_namelist_file

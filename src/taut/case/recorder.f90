@@ -12,6 +12,7 @@ module taut_case_recorder
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_ode_observer, only: observer_t
    use taut_ode_system, only: ode_system_t, rhs_ok
+   use taut_spelling, only: nearest_name
    implicit none (type, external)
    private
    public :: recorder_t
@@ -88,7 +89,8 @@ contains
       !> A column that does not exist.
       type(error_t), allocatable, intent(inout) :: error
       logical :: met(size(columns))
-      character(:), allocatable :: name
+      character(:), allocatable :: meant, name
+      character(len=len(columns)), allocatable :: names(:)
       integer :: i, j
 
       self%t_start = t_start
@@ -112,8 +114,16 @@ contains
       end do
       call leave_out_counters(self, model)
       do j = 1, size(columns)
-         if (.not. met(j)) call raise(error, '&output', 'there is no column "'//trim(columns(j))//'"', &
-                                      'take names from the first line of a result with all columns; * stands for any characters')
+         if (met(j)) cycle
+         if (.not. allocated(names)) allocate (names(size(self%wanted)))
+         ! One by one: gfortran 12 does not survive texts of several lengths in a constructor.
+         do i = 1, size(self%wanted)
+            names(i) = column_name(model, i)
+         end do
+         meant = nearest_name(columns(j), names)
+         if (len(meant) > 0) meant = 'did you mean "'//meant//'"? Or '
+         call raise(error, '&output', 'there is no column "'//trim(columns(j))//'"', &
+                    meant//'take names from the first line of a result with all columns; * stands for any characters')
       end do
    end subroutine prepare
 

@@ -4,8 +4,9 @@ module taut_case_settings
    use taut_error, only: error_t, raise, to_text
    use taut_case_entries, only: entries_t
    use taut_case_entry, only: choice_list
-   use taut_case_group, only: declare_group, declared_t, group_data_t, read_group
+   use taut_case_group, only: declare_group, declared_t, first_group, group_data_t, read_group
    use taut_case_namelist_file, only: namelist_file_t
+   use taut_case_value, only: lower_case
    use taut_constrained_method_choose, only: check_method
    use taut_constrained_method_options, only: method_names, method_t
    use taut_constrained_stepper_choose, only: choose_constrained_stepper, integrator_names
@@ -63,7 +64,10 @@ module taut_case_settings
    end type settings_t
 
    !> Files of results that are not a method's.
-   character(len=7), parameter :: reserved_labels(3) = [character(len=7) :: 'summary', 'model', 'events']
+   character(len=8), parameter :: reserved_labels(4) = [character(len=8) :: 'summary', 'model', 'events', 'geometry']
+
+   !> Characters of a label: file names have 255 at most, and a file that is being written has more than the label.
+   integer, parameter :: longest_label = 200
 
    !> Columns, iterations and tolerances beyond these are mistakes.
    integer, parameter :: most_columns = 10000
@@ -264,9 +268,14 @@ contains
       else
          allocate (settings%columns(0))
       end if
+      if ((settings%t_end - settings%t_start) < settings%options%output_dt*real(huge(1), wp) .or. &
+          .not. settings%options%output_dt > 0.0_wp) return
+      call raise(error, '', 'dt = '//to_text(settings%options%output_dt)//' s asks for too many rows', &
+                 'give a longer time, or 0 for every step')
+      call file%locate(file%groups(first_group(file, 'output')), error)
    end subroutine read_settings
 
-   !> A label must be a file name, and no other method's.
+   !> A label must be a file name, and no other method's; some file systems do not tell small letters from large ones.
    subroutine check_label(label, methods, error)
       character(*), intent(in) :: label
       type(method_entry_t), intent(in) :: methods(:)
@@ -274,11 +283,14 @@ contains
       integer :: i
 
       if (verify(label, 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-') > 0 .or. len(label) == 0 &
-          .or. index(label, '.') == 1 .or. any(reserved_labels == label)) &
+          .or. index(label, '.') == 1 .or. any(reserved_labels == lower_case(label))) &
          call raise(error, 'method', 'label = "'//label//'" cannot name a file of results', &
                     'use letters, digits, - and _, and none of '//choice_list(reserved_labels))
+      if (len(label) > longest_label) &
+         call raise(error, 'method', 'label = "'//label(:40)//'..." is longer than '//to_text(longest_label)//' characters', &
+                    'shorten it')
       do i = 1, size(methods)
-         if (methods(i)%label == label) &
+         if (lower_case(methods(i)%label) == lower_case(label)) &
             call raise(error, 'method', 'two methods have the label "'//label//'"', 'give one of them another label')
       end do
    end subroutine check_label

@@ -8,7 +8,7 @@ module taut_case_value
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: word_t, split_words, read_real, read_integer, read_logical, short_text
+   public :: lower_case, word_t, split_words, read_real, read_integer, read_logical, short_text
    public :: words_ok, words_null, words_no_separator
 
    !> One word and how often it is meant.

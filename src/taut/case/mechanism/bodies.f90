@@ -63,7 +63,8 @@ contains
       call self%declare_name(entries)
       call entries%option('mass', self%mass, 'kg', 'mass')
       call entries%option('inertia', self%inertia, 'kg m^2', 'moments of inertia about the center of mass in body axes: xx, '// &
-                          'yy, zz, xy, xz, yz; in the plane that about z alone', [1, 3, 6])
+                          'yy, zz, xy, xz, yz, entries of the tensor: xy is minus the integral of x y dm; in the plane that '// &
+                          'about z alone', [1, 3, 6])
       call entries%option('shape', self%shape, 'in the place of inertia, of uniform density: "rod" (length or from, to; '// &
                           'thickness), "box" (size), "sphere" (radius), "cylinder" (radius; length)')
       call entries%option('length', self%length, 'm', 'of a rod along body axis 1; of a cylinder along body axis 3, or 1 if it '// &
@@ -80,7 +81,8 @@ contains
       call entries%option('quaternion', self%quaternion, '', 'orientation: quaternion, its scalar part first, of any length', [4])
       call declare_vector(entries, self%planar, 'velocity', self%velocity, 'm/s', &
                           'of the center of mass, in global axes; without: at rest')
-      call declare_vector(entries, self%planar, 'angular_velocity', self%angular_velocity, 'rad/s', 'in global axes; without: none')
+      call declare_vector(entries, self%planar, 'angular_velocity', self%angular_velocity, 'rad/s', &
+                          'in global axes (wx, wy, wz of results are in body axes); without: none')
       call entries%option('angle_rate', self%angle_rate, 'rad/s', 'angular velocity about z')
       call self%position%declare_step(entries, self%planar, 'position')
       call self%from%declare_step(entries, self%planar, 'from')

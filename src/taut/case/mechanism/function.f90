@@ -49,7 +49,8 @@ contains
       call entries%item('start', self%start, 's', 'of a ramp or a step')
       call entries%option('finish', self%finish, 's', 'of a ramp, without: never; of a step, without: start, a jump, which is '// &
                           'for loads only')
-      call entries%option('coefficients', self%coefficients, '', 'of t, t^2, ...', [(i, i=1, most_coefficients)])
+      call entries%option('coefficients', self%coefficients, '', 'of t, t^2, ...: the first belongs to t, the constant is offset', &
+                          [(i, i=1, most_coefficients)])
       call entries%option('table', self%table, 'CSV file with rows time,value; its path is from the folder of the case file; '// &
                           'it must reach from t_start to t_end')
    end subroutine declare

@@ -72,7 +72,9 @@ contains
       call entries%item('angle', self%angle, 'rad', 'angle about the axis at the start')
       call entries%option('length', self%length, 'm', 'of a distance; without: that at the start')
       call entries%option('value', self%value, 'm', 'of a coordinate; without: that at the start')
-      call entries%option('drive', self%drive, 'name of the function that drives its displacement')
+      call entries%option('drive', self%drive, &
+                          'name of the function that drives its displacement; of a distance it is the length, of a coordinate '// &
+                          'the value')
       call entries%option('drive_angle', self%drive_angle, 'name of the function that drives its angle')
       call self%point%declare_step(entries, self%planar, 'point')
       call self%declare_copies(entries)

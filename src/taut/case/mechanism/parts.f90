@@ -142,8 +142,10 @@ contains
       type(mechanism_builder_t), intent(inout) :: builder
       type(error_t), allocatable, intent(inout) :: error
       class(part_t), allocatable :: part
-      integer :: copy
+      integer :: copy, noted
 
+      noted = 0
+      if (allocated(builder%notes)) noted = size(builder%notes)
       call new_part(group%name, part)
       part%case_path = file%path
       part%planar = builder%planar
@@ -155,11 +157,33 @@ contains
       do copy = 0, part%repeat - 1
          if (allocated(error)) return
          call part%add(builder, copy)
+         if (copy == 0) call locate_notes(file, group, part%copied(0), noted, builder)
          if (.not. allocated(builder%error)) cycle
          call move_alloc(builder%error, error)
          call locate_named(file, group, part%copied(copy), error)
       end do
+      if (allocated(builder%notes) .and. part%repeat > 1) builder%notes = builder%notes(:min(noted + 1, size(builder%notes)))
    end subroutine read_part
+
+   !> Names the place of what was noted of a part; its other copies say the same.
+   subroutine locate_notes(file, group, name, noted, builder)
+      type(namelist_file_t), intent(in) :: file
+      type(group_t), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Notes before it.
+      integer, intent(in) :: noted
+      type(mechanism_builder_t), intent(inout) :: builder
+      type(error_t), allocatable :: one
+      integer :: i
+
+      if (.not. allocated(builder%notes)) return
+      do i = noted + 1, size(builder%notes)
+         one = builder%notes(i)
+         call locate_named(file, group, name, one)
+         builder%notes(i) = one
+         deallocate (one)
+      end do
+   end subroutine locate_notes
 
    !> Names the place in the file and the thing.
    subroutine locate_named(file, group, name, error)

@@ -251,6 +251,7 @@ contains
       do j = 1, shown
          call tell_mode(case%modes, j)
       end do
+      call say('results in '//out//'/'//file%name)
    end subroutine write_static
 
    !> How the equilibrium lies: how far from the start, and whether it is stable.

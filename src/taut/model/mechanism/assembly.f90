@@ -9,6 +9,7 @@ module taut_model_mechanism_assembly
    use taut_model_mechanism_body, only: body_planar, body_spatial, entry_of_velocity, pose_t, turned, turned_back, &
                                         velocities_of_kind
    use taut_model_mechanism_row, only: meant_direction
+   use taut_spelling, only: nearest_name
    use taut_rotation, only: cross, exp_rotation, log_rotation
    implicit none (type, external)
    private
@@ -28,6 +29,7 @@ contains
       logical, intent(inout) :: held(:)
       !> There is no such coordinate.
       type(error_t), allocatable, intent(inout) :: error
+      character(:), allocatable :: meant
       integer :: b, dot, entry, k
       logical :: found
 
@@ -55,8 +57,14 @@ contains
             end do
          end associate
       end do
-      if (.not. found) call raise(error, here, 'hold: there is no coordinate "'//trim(name)//'"', &
-                                  'name a body, or body.x, .y, .z, .angle (in the plane) or .orientation (in space)')
+      if (found) return
+      do b = 1, size(model%bodies)
+         meant = nearest_name(name(:merge(dot - 1, len(name), dot > 0)), [model%bodies(b)%name])
+         if (len(meant) > 0) exit
+      end do
+      if (len(meant) > 0) meant = 'did you mean "'//meant//'"? Else '
+      call raise(error, here, 'hold: there is no coordinate "'//trim(name)//'"', &
+                 meant//'name a body, or body.x, .y, .z, .angle (in the plane) or .orientation (in space)')
    end subroutine hold_coordinate
 
    !> Brings positions and velocities to the constraints, moving only what is not held.

@@ -70,6 +70,8 @@ module taut_model_mechanism_builder
       type(anchor_t), allocatable :: anchors(:)
       !> Joints whose reactions are written out; not allocated for all.
       integer, allocatable :: shown(:)
+      !> What is taken, and may not be what was meant; not allocated for nothing.
+      type(error_t), allocatable :: notes(:)
       type(name_index_t), private :: anchor_names, joint_names, function_names, event_names
    contains
       procedure :: add_body
@@ -366,6 +368,25 @@ module taut_model_mechanism_builder
          type(mechanism_builder_t), intent(inout) :: self
          character(*), intent(in) :: kind, name
       end subroutine locate
+
+      !> Notes something that is taken.
+      module subroutine note(self, kind, name, what, remedy)
+         type(mechanism_builder_t), intent(inout) :: self
+         character(*), intent(in) :: kind, name, what, remedy
+      end subroutine note
+
+      !> Notes an angle of more than a turn: it may be in degrees.
+      module subroutine note_angle(self, kind, name, what, angle)
+         type(mechanism_builder_t), intent(inout) :: self
+         character(*), intent(in) :: kind, name, what
+         real(wp), intent(in), optional :: angle
+      end subroutine note_angle
+
+      !> What may have been meant, before what else to do.
+      module function meant_of(name, known) result(text)
+         character(*), intent(in) :: name, known(:)
+         character(:), allocatable :: text
+      end function meant_of
 
       !> Adds an anchor.
       module subroutine keep_anchor(self, anchor)

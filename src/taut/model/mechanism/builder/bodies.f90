@@ -60,6 +60,8 @@ contains
       if (.not. allocated(self%error)) call set_inertia()
       if (.not. allocated(self%error)) call keep_body(self, made)
       call locate(self, 'body', name)
+      call note_angle(self, 'body', name, 'angle', angle)
+      if (present(orientation)) call note_angle(self, 'body', name, '|orientation|', norm2(orientation))
 
    contains
 
@@ -72,6 +74,9 @@ contains
             if (.not. present(inertia)) then
                call raise(self%error, '', 'it has neither inertia nor shape', &
                           'give one of them, or use '//trim(self%words%point_mass))
+            else if (self%planar .and. ubound(inertia, 1) > 1) then
+               call raise(self%error, '', 'its inertia has '//to_text(ubound(inertia, 1))//' numbers', &
+                          'in the plane give one, that about z')
             else if (self%planar) then
                made%j(3, 3) = inertia(1)
             else if (ubound(inertia, 1) == 6) then
@@ -122,7 +127,9 @@ contains
             made%size = [2.0_wp*r, 2.0_wp*r, l]
             along = l
          case default
-            call raise(self%error, '', 'there is no shape "'//trim(shape)//'"', 'use "rod", "box", "sphere" or "cylinder"')
+            call raise(self%error, '', 'there is no shape "'//trim(shape)//'"', &
+                       meant_of(shape, [character(len=8) :: 'rod', 'box', 'sphere', 'cylinder'])// &
+                       'se "rod", "box", "sphere" or "cylinder"')
             return
          end select
          ! Ends may be rounded, or be those of what carries joints; a size that is far from them is that of another axis.

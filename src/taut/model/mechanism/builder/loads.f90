@@ -105,6 +105,7 @@ contains
          self%springs(self%spring_count) = made
       end if
       call locate(self, 'spring', made%name)
+      call note_angle(self, 'spring', made%name, 'free_angle', free_angle)
 
    contains
 
@@ -179,6 +180,7 @@ contains
 
    !> Something that passes a value.
    module procedure add_event
+      character(len=12), parameter :: quantities(2) = [character(len=12) :: 'angle', 'displacement']
       type(event_t) :: made
       type(anchor_t) :: anchor
 
@@ -195,8 +197,9 @@ contains
       else if (present(joint)) then
          made%joint = self%find_joint(joint, 'joint')
          made%angle = quantity == 'angle'
-         if (.not. any(quantity == [character(len=12) :: 'angle', 'displacement'])) &
-            call raise(self%error, '', 'a joint has no quantity "'//trim(quantity)//'"', 'use "angle" or "displacement"')
+         if (.not. any(quantity == quantities)) &
+            call raise(self%error, '', 'a joint has no quantity "'//trim(quantity)//'"', &
+                       meant_of(quantity, quantities)//'se "angle" or "displacement"')
          if (.not. allocated(self%error)) then
             if (made%angle .and. .not. has_angle(self%joints(made%joint))) &
                call raise(self%error, '', 'joint "'//trim(joint)//'" has no angle', 'watch a revolute or a cylindrical joint')
@@ -218,6 +221,7 @@ contains
          call self%event_names%add(made%name, self%event_count)
       end if
       call locate(self, 'event', name)
+      if (made%angle) call note_angle(self, 'event', name, 'value', value)
    end procedure add_event
 
    !> Room for one more in the list, which doubles when it is full.

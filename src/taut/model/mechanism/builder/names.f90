@@ -31,6 +31,38 @@ contains
       if (len_trim(name) > 0) self%error%where = kind//' "'//trim(name)//'"'
    end procedure locate
 
+   !> Notes something that is taken.
+   module procedure note
+      type(error_t), allocatable :: more(:), one
+      integer :: n
+
+      if (allocated(self%error)) return
+      n = 0
+      if (allocated(self%notes)) n = size(self%notes)
+      call raise(one, kind//' "'//trim(name)//'"', what, remedy)
+      allocate (more(n + 1))
+      if (n > 0) more(:n) = self%notes
+      more(n + 1) = one
+      call move_alloc(more, self%notes)
+   end procedure note
+
+   !> Notes an angle of more than a turn: it may be in degrees.
+   module procedure note_angle
+      real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp)
+
+      if (.not. present(angle)) return
+      if (abs(angle) <= turn .or. .not. abs(angle) <= huge(angle)) return
+      call note(self, kind, name, what//' = '//to_text(angle)//' rad is '//to_text(abs(angle)/turn)//' turns', &
+                'angles are in rad; leave it if it is meant')
+   end procedure note_angle
+
+   !> What may have been meant, before what else to do.
+   module procedure meant_of
+      text = nearest_name(name, known)
+      if (len(text) > 0) text = 'did you mean "'//text//'"? U'
+      if (len(text) == 0) text = 'u'
+   end procedure meant_of
+
    !> Adds an anchor.
    module procedure keep_anchor
       type(anchor_t), allocatable :: more(:)
