@@ -2,9 +2,10 @@
 module test_ode_edges
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use systems, only: driven_pivot, new_particle
-   use taut, only: block_diagonal_t, error_t, events_t, integration_options_t, integration_result_t, integrator_t, method_t, &
+   use taut, only: block_diagonal_t, controller_constants_t, error_t, events_t, integration_options_t, integration_result_t, integrator_t, method_t, &
                    note_bound_by_stability, ode_system_t, rhs_ok, simulate, state_t, status_event, status_no_progress, &
-                   status_not_finite, status_reached_end, status_too_many_steps, trajectory_t, wp
+                   status_not_finite, status_reached_end, status_too_many_steps, step_control_t, &
+                   trajectory_t, wp
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
@@ -57,6 +58,7 @@ contains
                new_test('a trajectory is of one run and no longer than it', trajectory_anew), &
                new_test('the end already', no_time), &
                new_test('a force that is not a number is called that', force_not_a_number), &
+               new_test('velocities are measured by tolerances of their own', part_of_norm), &
                new_test('steps that do not get on end a run', no_progress), &
                new_test('steps bound by stability are told once', bound_by_stability), &
                new_test('a mass matrix that does not fit its blocks', mass_does_not_fit)]
@@ -178,6 +180,18 @@ contains
       call check(failure, index(result%error%line(), 'the force on') > 0 .and. index(result%error%line(), 'not a number') > 0, &
                  result%error%line())
    end subroutine force_not_a_number
+
+   subroutine part_of_norm(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(step_control_t) :: control
+      type(error_t), allocatable :: error
+      real(wp), parameter :: still(1) = 0.0_wp
+
+      call control%init(2, integration_options_t(atol_of=[1.0e-3_wp, 1.0e-6_wp], norm='max'), 5, controller_constants_t(), error)
+      call no_error(failure, error)
+      call check_close(failure, control%norm([2.0e-6_wp], still, still, before=1), 2.0_wp, 1.0e-12_wp, 'the second entry')
+      call check_close(failure, control%norm([2.0e-6_wp], still, still), 2.0e-3_wp, 1.0e-12_wp, 'the first')
+   end subroutine part_of_norm
 
    subroutine no_progress(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -46,7 +46,7 @@ contains
       type(projector_t) :: projector
       type(method_t) :: in_mass
       type(block_diagonal_t) :: m
-      real(wp) :: before(model%n), kept(model%c), momentum(model%n)
+      real(wp) :: before(model%n), change(model%c), kept(model%c), momentum(model%n)
 
       self%why = ''
       in_mass = method
@@ -66,6 +66,9 @@ contains
       call m%multiply(0.5_wp*(before + at%v), momentum)
       self%energy = dot_product(at%v - before, momentum)
       allocate (self%impulse, source=projector%mu)
+      call projector%a%multiply(at%v, kept)
+      call projector%a%multiply(before, change, kept)
+      call projector%completion%add_rates(-change, self%impulse)
       call projector%onto%minimum_norm(self%impulse)
    end subroutine strike
 

@@ -3,6 +3,7 @@
 module taut_constrained_mass
    use taut_kinds, only: wp
    use taut_error, only: to_text
+   use taut_constrained_completion, only: completion_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
@@ -18,6 +19,7 @@ module taut_constrained_mass
    !! with W = I of M = m I, where M~ = m (A W^-1 A^T)^+.
    type :: mass_t
       type(block_diagonal_t), private :: m
+      type(completion_t), private :: completion
       class(normal_solver_t), allocatable, private :: reduced
       !> Whether M was found and is positive definite; whether it never changes.
       logical, private :: known = .false., constant = .true.
@@ -39,6 +41,7 @@ module taut_constrained_mass
       procedure :: multiply
       procedure :: correct_acceleration
       procedure :: correct_force
+      procedure :: complete
       procedure :: least_norm
       procedure :: explain
    end type mass_t
@@ -77,7 +80,7 @@ contains
    end subroutine init_reduced
 
    !> M at a state, factorized.
-   subroutine renew(self, model, at, info)
+   subroutine renew(self, model, at, info, projector)
       !> The mass matrix.
       class(mass_t), intent(inout) :: self
       !> Whose mass it is.
@@ -86,11 +89,17 @@ contains
       type(state_t), intent(in) :: at
       !> `rhs_ok`, or `rhs_retry` where M is not positive definite.
       integer, intent(out) :: info
+      !> The projector, with A there, where it may complete a singular M. Default: M has to be definite by itself.
+      type(projector_t), intent(in), optional :: projector
 
       info = rhs_ok
-      if (self%is_weight .or. (self%known .and. self%constant)) return
+      if (self%is_weight .or. (self%known .and. self%constant .and. .not. self%completion%is_on)) return
       call model%mass(at, self%m)
-      call self%m%factorize(self%bad_row)
+      if (present(projector)) then
+         call self%completion%factorize(self%m, projector%a, self%bad_row)
+      else
+         call self%m%factorize(self%bad_row)
+      end if
       self%known = self%bad_row == 0
       self%uniform = 0.0_wp
       if (.not. self%known) then
@@ -178,6 +187,17 @@ contains
       real(wp), intent(inout), contiguous :: a(:)
       !> Multipliers: (c).
       real(wp), intent(inout), contiguous :: lambda(:)
+
+      call find_multipliers(self, projector, b_second, a, lambda)
+      call self%complete(projector, b_second, lambda)
+   end subroutine correct_acceleration
+
+   !> The same of what may be a completed M.
+   subroutine find_multipliers(self, projector, b_second, a, lambda)
+      class(mass_t), intent(inout) :: self
+      type(projector_t), intent(inout) :: projector
+      real(wp), intent(in), contiguous :: b_second(:)
+      real(wp), intent(inout), contiguous :: a(:), lambda(:)
       integer :: i
 
       if (self%uniform > 0.0_wp) then
@@ -190,7 +210,7 @@ contains
       else
          call self%reduced%project(projector%a, b_second, a, self%r, lambda)
       end if
-   end subroutine correct_acceleration
+   end subroutine find_multipliers
 
    !> lambda = M~ (A M^-1 f - b''), Eq. (14b), and f := f - A^T lambda, Eq. (19b) and Sect. 3.5 (g), with the accelerations that
    !! this force gives.
@@ -208,10 +228,29 @@ contains
       !> Multipliers: (c).
       real(wp), intent(inout), contiguous :: lambda(:)
 
-      call self%correct_acceleration(projector, b_second, a, lambda)
+      call find_multipliers(self, projector, b_second, a, lambda)
       call projector%a%subtract_transposed(lambda, f)
       call self%accelerate(projector, f, a)
+      call self%complete(projector, b_second, lambda)
    end subroutine correct_force
+
+   !> Multipliers of the equations as they are given, where a singular M was completed.
+   pure subroutine complete(self, projector, b_second, lambda)
+      !> The mass matrix.
+      class(mass_t), intent(in) :: self
+      !> The projector, for W = M.
+      type(projector_t), intent(in) :: projector
+      !> b'': (c).
+      real(wp), intent(in), contiguous :: b_second(:)
+      !> Multipliers, replaced: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
+
+      if (self%is_weight) then
+         call projector%completion%add_rates(b_second, lambda)
+      else
+         call self%completion%add_rates(b_second, lambda)
+      end if
+   end subroutine complete
 
    !> The multipliers of least norm among those with the same A^T lambda.
    subroutine least_norm(self, projector, lambda)
@@ -237,7 +276,9 @@ contains
       character(:), allocatable, intent(out) :: text
 
       text = ''
-      if (self%bad_row > 0) text = 'the mass matrix is not positive definite at row '//to_text(self%bad_row)
+      if (self%bad_row > 0) text = 'the mass matrix is not positive definite at row '//to_text(self%bad_row)// &
+                                     ': one that is singular needs one dense block, A without a pattern '// &
+                                     'and a method with multipliers'
    end subroutine explain
 
 end module taut_constrained_mass

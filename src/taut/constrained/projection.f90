@@ -5,6 +5,7 @@ module taut_constrained_projection
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: to_text
+   use taut_constrained_completion, only: completion_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_orientation, only: orientation_t
    use taut_constrained_system, only: mechanical_system_t, state_t
@@ -68,6 +69,8 @@ module taut_constrained_projection
       integer :: iterations = 0
       !> W, factorized; not used if W = I.
       type(block_diagonal_t) :: w
+      !> What completes a singular M, where W = M.
+      type(completion_t) :: completion
       !> W^-1 A^T S^+ with all rows of A, as of the last `linearize`.
       class(normal_solver_t), allocatable :: onto
       !> Which rows of A are independent.
@@ -225,13 +228,17 @@ contains
       info = 0
       if (self%identity) return
       if (self%w_is_mass) then
-         if (self%w_ready .and. model%constant_mass) return
+         if (self%w_ready .and. model%constant_mass .and. .not. self%completion%is_on) return
          call model%mass(at, self%w)
       else
          call model%weight(at, self%w)
       end if
       if (allocated(self%held)) call decouple(self%w, self%held)
-      call self%w%factorize(info)
+      if (self%w_is_mass) then
+         call self%completion%factorize(self%w, self%a, info)
+      else
+         call self%w%factorize(info)
+      end if
       self%w_ready = info == 0
    end subroutine renew_weight
 

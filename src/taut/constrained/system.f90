@@ -105,7 +105,8 @@ module taut_constrained_system
          class(mechanical_system_t), intent(in) :: self
          !> Where; x and t may be used.
          type(state_t), intent(in) :: at
-         !> To be filled with `set_diagonal`, `set_block` or `set_dense`; symmetric positive definite.
+         !> To be filled with `set_diagonal`, `set_block` or `set_dense`; symmetric positive definite, or in one dense block
+         !! semidefinite and definite along the constraints, if A has no pattern.
          type(block_diagonal_t), intent(inout) :: m
       end subroutine matrix_of_masses
 

@@ -6,7 +6,10 @@ module taut_constrained_verify
    use taut_constrained_method_options, only: method_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
+   use taut_constrained_completion, only: completion_t
+   use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian
    use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_csr, only: csr_t
    implicit none (type, external)
    private
    public :: verify, finding_t, shaken
@@ -384,6 +387,8 @@ contains
       real(wp), intent(in) :: allowed
       type(finding_t), allocatable, intent(inout) :: findings(:)
       type(block_diagonal_t) :: m
+      type(completion_t) :: completion
+      type(csr_t) :: a
       real(wp) :: k(model%n, model%n)
       integer :: i, info, j
 
@@ -406,6 +411,10 @@ contains
          end do
       end do
       call m%factorize(info)
+      if (info == 0) return
+      call lay_out_jacobian(model, a)
+      call evaluate_jacobian(model, at, a)
+      if (all(ieee_is_finite(a%values))) call completion%factorize(m, a, info)
       if (info /= 0) call note('M', info, info, k(info, info), 0.0_wp, &
                                trim(entry_name('M', info, info))//': M is not positive definite', findings)
    end subroutine check_mass

@@ -38,6 +38,7 @@ module taut_linalg_block_diagonal
       procedure :: dense
       procedure :: trace
       procedure :: factorize
+      procedure :: smallest_pivot
       procedure :: solve
       procedure :: solve_lower
       procedure :: solve_lower_transposed
@@ -187,6 +188,23 @@ contains
          end do
       end do
    end function trace
+
+   !> The smallest pivot of the factorization, relative to its diagonal entry: how far the matrix is from a singular one.
+   pure real(wp) function smallest_pivot(self)
+      !> The factorized matrix.
+      class(block_diagonal_t), intent(in) :: self
+      integer :: b, i, k, s
+
+      smallest_pivot = 1.0_wp
+      if (self%diagonal) return
+      do b = 1, size(self%first) - 1
+         s = self%first(b + 1) - self%first(b)
+         do i = 1, s
+            k = self%offset(b) + (i - 1)*s + i
+            smallest_pivot = min(smallest_pivot, self%factor(k)**2/self%values(k))
+         end do
+      end do
+   end function smallest_pivot
 
    !> Factorizes every block.
    subroutine factorize(self, info)

@@ -58,7 +58,7 @@ contains
          holds = way <= 1.0_wp + longest_way*control%norm(later(:m), y0(:m), y1(:m))
       end if
       if (holds .and. n > m) then
-         way = control%norm(moved(m + 1:n), y0(m + 1:n), y1(m + 1:n))
+         way = control%norm(moved(m + 1:n), y0(m + 1:n), y1(m + 1:n), before=m)
          if (way > 1.0_wp) holds = norm2(moved(m + 1:n)) <= largest_turn*max(norm2(y0(m + 1:n)), norm2(y1(m + 1:n)))
       end if
    end function projection_holds

@@ -125,7 +125,7 @@ contains
    end subroutine renew
 
    !> A vector in units of the tolerance: rms or largest of d_i/(atol_i + rtol max(|y0_i|, |y1_i|)).
-   pure function norm(self, d, y0, y1) result(value)
+   pure function norm(self, d, y0, y1, before) result(value)
       !> The controller.
       class(step_control_t), intent(in) :: self
       !> What is measured: (n).
@@ -134,7 +134,22 @@ contains
       real(wp), intent(in), contiguous :: y0(:)
       !> Another one: (n).
       real(wp), intent(in), contiguous :: y1(:)
+      !> How many entries of the state come before what is measured. Default: none.
+      integer, intent(in), optional :: before
       !> Its norm; 1 is at the tolerance.
+      real(wp) :: value
+
+      if (present(before)) then
+         value = norm_of_part(self, self%atol(before + 1:), d, y0, y1)
+      else
+         value = norm_of_part(self, self%atol, d, y0, y1)
+      end if
+   end function norm
+
+   !> The norm, given the absolute tolerances of what is measured.
+   pure function norm_of_part(self, atol, d, y0, y1) result(value)
+      class(step_control_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: atol(:), d(:), y0(:), y1(:)
       real(wp) :: value
       real(wp) :: other, ratio, second
       integer :: i, n
@@ -146,22 +161,22 @@ contains
          other = 0.0_wp
          !GCC$ unroll 1
          do i = 1, n
-            ratio = min(abs(d(2*i - 1))/(self%atol(2*i - 1) + self%rtol*max(abs(y0(2*i - 1)), abs(y1(2*i - 1)))), 1.0e100_wp)
-            second = min(abs(d(2*i))/(self%atol(2*i) + self%rtol*max(abs(y0(2*i)), abs(y1(2*i)))), 1.0e100_wp)
+            ratio = min(abs(d(2*i - 1))/(atol(2*i - 1) + self%rtol*max(abs(y0(2*i - 1)), abs(y1(2*i - 1)))), 1.0e100_wp)
+            second = min(abs(d(2*i))/(atol(2*i) + self%rtol*max(abs(y0(2*i)), abs(y1(2*i)))), 1.0e100_wp)
             value = value + ratio*ratio
             other = other + second*second
          end do
          do i = 2*n + 1, size(d)
-            ratio = min(abs(d(i))/(self%atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i)))), 1.0e100_wp)
+            ratio = min(abs(d(i))/(atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i)))), 1.0e100_wp)
             value = value + ratio*ratio
          end do
          value = sqrt((value + other)/max(1, self%counted))
       else
          do i = 1, size(d)
-            value = max(value, abs(d(i))/(self%atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i)))))
+            value = max(value, abs(d(i))/(atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i)))))
          end do
       end if
-   end function norm
+   end function norm_of_part
 
    !> Length of a first step where a state's derivative is all that is known: by which the state moves by a thousandth of itself.
    pure function cautious_start(self, ydot, y, longest) result(h)

@@ -86,7 +86,7 @@ contains
       associate (model => self%model, at => self%at, projector => self%projector)
          call model%normalize(at%x)
          call projector%evaluate(model, at)
-         call self%mass%renew(model, at, info)
+         call self%mass%renew(model, at, info, projector)
          if (info /= rhs_ok) return
          ! The rows of A are those of a state that may violate the constraints.
          noise = 0.0_wp

@@ -101,20 +101,28 @@ contains
          if (info == rhs_ok) call meet_rates(self, info)
          if (info /= rhs_ok) return
          call model%acceleration_rhs(at, self%b_second)
-         call self%mass%renew(model, at, info)
+         call self%mass%renew(model, at, info, projector)
          if (info /= rhs_ok) return
          call model%force(at, self%force)
          call self%accelerate(vdot, info)
          if (info /= rhs_ok) return
-         if (self%has_integral) then
-            ! The work of the reactions, b'^T lambda = v^T A^T lambda.
-            call self%mass%multiply(projector, vdot, self%weighted)
-            self%integrand = model%power(at) - dot_product(self%force - self%weighted, at%v)
-         end if
+         if (self%has_integral) call find_own_power(self, vdot)
          call model%x_rate(at, at%v, xdot)
          if (model%n_w > 0) call model%w_rate(at, wdot)
       end associate
    end subroutine rhs
+
+   !> Power of the system's own, and of its drives: v^T (M vdot - f), with no multipliers at hand.
+   subroutine find_own_power(self, vdot)
+      type(minimal_coordinates_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: vdot(:)
+
+      call self%mass%multiply(self%projector, vdot, self%weighted)
+      self%lambda(:) = 0.0_wp
+      call self%mass%complete(self%projector, self%b_second, self%lambda)
+      self%integrand = self%model%power(self%at) + dot_product(self%at%v, self%weighted - self%force) - &
+                       dot_product(self%projector%b_prime, self%lambda)
+   end subroutine find_own_power
 
    !> x by Eq. (17), or without projection only what belongs to the coordinates by themselves.
    subroutine find_positions(self, projects, info)
@@ -298,6 +306,7 @@ contains
       call self%mass%multiply(self%projector, self%given, self%weighted)
       self%weighted(:) = self%force - self%weighted
       call self%projector%balance(self%weighted, s%lambda)
+      call self%mass%complete(self%projector, self%b_second, s%lambda)
    end subroutine multipliers
 
    !> Whether the independent velocities are what the last failure was about.

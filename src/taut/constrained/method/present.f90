@@ -79,7 +79,7 @@ contains
          ! (e) b'', with the corrected x and v
          call model%acceleration_rhs(at, self%b_second)
          ! (f) reduced mass matrix, Eq. (20), and unconstrained acceleration M^-1 f, Eq. (21)
-         call mass%renew(model, at, info)
+         call mass%renew(model, at, info, projector)
          if (info == rhs_ok) call mass%reduce(projector, info)
          if (info /= rhs_ok) return
          call model%force(at, self%force)
