@@ -7,6 +7,8 @@ program tester
    use test_automatic, only: collect_automatic
    use test_builder, only: collect_builder
    use test_balance, only: collect_balance
+   use test_completion, only: collect_completion
+   use test_doubt, only: collect_doubt
    use test_blow, only: collect_blow
    use test_case, only: collect_case
    use test_linalg, only: collect_linalg
@@ -76,6 +78,8 @@ program tester
    call run_suite('helicopter motion', collect_helicopter_motion(), trim(only), outcome)
    call run_suite('system', collect_system(), trim(only), outcome)
    call run_suite('balance', collect_balance(), trim(only), outcome)
+   call run_suite('completion', collect_completion(), trim(only), outcome)
+   call run_suite('doubt', collect_doubt(), trim(only), outcome)
    call run_suite('blow', collect_blow(), trim(only), outcome)
    call run_suite('constrained', collect_constrained(), trim(only), outcome)
    call run_suite('problem', collect_problem(), trim(only), outcome)

@@ -24,6 +24,7 @@ module taut_constrained_method
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_blow, only: blow_t
+   use taut_constrained_first_look, only: first_look
    use taut_constrained_mass, only: mass_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
@@ -116,6 +117,7 @@ module taut_constrained_method
       procedure :: later_corrections
       procedure :: breakpoints
       procedure :: failure
+      procedure :: find_fault
       procedure :: remark
       procedure :: own_remark => nothing_to_say
       procedure :: own_failure => nothing_to_say
@@ -437,6 +439,28 @@ contains
       if (len(text) == 0) call self%projector%explain(text)
       if (len(text) == 0) call self%own_failure(text)
    end subroutine failure
+
+   !> Compares derivatives with differences at a state where steps do not get on.
+   subroutine find_fault(self, t, y, looked, fault)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (size).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Whether there are constraints to look at.
+      logical, intent(out) :: looked
+      !> What is wrong, in words; empty if nothing was found.
+      character(:), allocatable, intent(out) :: fault
+      type(error_t), allocatable :: error
+
+      fault = ''
+      looked = self%model%c > 0
+      if (.not. looked) return
+      call self%unpack(t, y, self%at)
+      call first_look(self%model, self%at, error)
+      if (allocated(error)) fault = error%what
+   end subroutine find_fault
 
    !> What is to be said of the motion so far that is no error: drives that begin or stop at once strike blows.
    subroutine remark(self, text)

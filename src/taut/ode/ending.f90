@@ -81,7 +81,7 @@ contains
    end subroutine fail
 
    !> Steps do not get on.
-   subroutine no_progress(steps, h, needed, t, result)
+   subroutine no_progress(steps, h, needed, t, fault, result)
       !> How many there were in a row.
       integer, intent(in) :: steps
       !> How long they are [s].
@@ -90,6 +90,8 @@ contains
       real(wp), intent(in) :: needed
       !> Time [s].
       real(wp), intent(in) :: t
+      !> What was found to be wrong with the system; empty if nothing was.
+      character(*), intent(in) :: fault
       !> Gets its status and its error.
       type(integration_result_t), intent(inout) :: result
       character(:), allocatable :: what
@@ -98,6 +100,10 @@ contains
       what = to_text(steps)//' tries in a row were rejected at t = '//to_text(t)//' s'
       if (needed > 0.0_wp) what = to_text(steps)//' steps in a row of '//to_text(abs(h))//' s or less do not get on at t = '// &
                                   to_text(t)//' s: the end would take '//to_text(needed)//' of them'
+      if (len(fault) > 0) then
+         call raise(result%error, 'integration', what//'; '//fault, 'mend it: `verify` lists all that is wrong')
+         return
+      end if
       call raise(result%error, 'integration', what, 'check the derivatives of the model there (`verify`), look for constraints '// &
                  'that contradict each other, or take an implicit integrator if the forces are stiff')
    end subroutine no_progress

@@ -7,7 +7,7 @@ module taut_ode_integrate
    use taut_ode_ending, only: fail, give_up, no_progress
    use taut_ode_event, only: events_t
    use taut_ode_event_search, only: check_events, event_search_t
-   use taut_ode_note, only: note_bound_by_stability, note_no_time, note_t
+   use taut_ode_note, only: note_bound_by_stability, note_no_progress, note_no_time, note_t
    use taut_ode_observer, only: observer_t
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_pause, only: pause_t
@@ -41,6 +41,8 @@ module taut_ode_integrate
       type(event_search_t), private :: search
       !> Tries rejected in a row; steps since the rate was looked at last, and their length then.
       integer, private :: rejected_in_a_row = 0, in_window = 0
+      !> Whether steps that do not get on were found to be no fault of the system.
+      logical, private :: patient = .false.
       real(wp), private :: h_before = 0.0_wp
       !> The continuous extension of the step at hand, where the observer wants it: (n, places).
       real(wp), allocatable, private :: places(:, :)
@@ -117,6 +119,7 @@ contains
       self%info = rhs_ok
       self%rejected_in_a_row = 0
       self%in_window = 0
+      self%patient = .false.
       self%h_before = 0.0_wp
       if (allocated(self%places)) deallocate (self%places)
       if (present(observer)) then
@@ -314,9 +317,9 @@ contains
             if (.not. accepted) then
                result%rejected = result%rejected + 1
                self%rejected_in_a_row = self%rejected_in_a_row + 1
-               if (self%rejected_in_a_row >= most_rejected) then
-                  call no_progress(self%rejected_in_a_row, h, 0.0_wp, step%t, result)
-                  return
+               if (self%rejected_in_a_row >= most_rejected .and. .not. self%patient) then
+                  call doubt(self, ode, self%rejected_in_a_row, h, 0.0_wp, result)
+                  if (result%status /= status_not_started) return
                end if
                if (lands .and. abs(h_next) < least) then
                   call give_up(ode, self%info, h_next, step%t, result)
@@ -338,7 +341,7 @@ contains
                if (present(events)) call self%search%look(ode, events, step%t, step%y)
             end if
             if (step%stepper%bound_by_stability) call note_once(note_bound_by_stability, step%t, result)
-            call look_at_rate(self, h, result, events)
+            call look_at_rate(self, ode, h, result, events)
             if (result%status /= status_not_started .or. lands) return
          end do
       end associate
@@ -346,8 +349,9 @@ contains
 
    !> Whether the steps get on. Where a terminal event may be the end, nobody knows how many it takes; and who asks for
    !> steps no longer than these has asked for their number.
-   subroutine look_at_rate(self, h, result, events)
+   subroutine look_at_rate(self, ode, h, result, events)
       type(integrator_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: h
       type(integration_result_t), intent(inout) :: result
       class(events_t), intent(in), optional :: events
@@ -358,14 +362,32 @@ contains
       self%in_window = 0
       needed = abs(self%stops(size(self%stops)) - self%step%t)/abs(h)
       if (needed > max(hopeless, 2.0_wp*self%options%max_steps) .and. abs(h) <= 2.0_wp*self%h_before .and. &
-          abs(h) < self%options%max_step .and. .not. self%step%control%fixed) then
+          abs(h) < self%options%max_step .and. .not. (self%step%control%fixed .or. self%patient)) then
          if (present(events)) then
             if (any(events%terminal)) return
          end if
-         call no_progress(window, h, needed, self%step%t, result)
+         call doubt(self, ode, window, h, needed, result)
       end if
       self%h_before = abs(h)
    end subroutine look_at_rate
+
+   !> Steps do not get on: a fault of the system ends the run; one that is right goes on, and that is noted.
+   subroutine doubt(self, ode, steps, h, needed, result)
+      type(integrator_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      integer, intent(in) :: steps
+      real(wp), intent(in) :: h, needed
+      type(integration_result_t), intent(inout) :: result
+      character(:), allocatable :: fault
+
+      call ode%find_fault(self%step%t, self%step%y, self%patient, fault)
+      self%patient = self%patient .and. len(fault) == 0
+      if (self%patient) then
+         call note_once(note_no_progress, self%step%t, result)
+      else
+         call no_progress(steps, h, needed, self%step%t, fault, result)
+      end if
+   end subroutine doubt
 
    !> Adds a note, unless it is there.
    subroutine note_once(code, t, result)
@@ -547,6 +569,7 @@ contains
       call archive%item('last answer', self%info)
       call archive%item('rejected in a row', self%rejected_in_a_row)
       call archive%item('steps in the window', self%in_window)
+      call archive%item('patient', self%patient)
       call archive%item('step before the window', self%h_before)
       call self%search%serialize(archive)
       if (allocated(archive%error) .or. .not. archive%reading) return

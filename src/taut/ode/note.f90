@@ -4,10 +4,11 @@ module taut_ode_note
    use taut_error, only: to_text
    implicit none (type, external)
    private
-   public :: note_t, note_bound_by_stability, note_no_time
+   public :: note_t, note_bound_by_stability, note_no_time, note_no_progress
 
-   !> Steps are as long as stability allows, not accuracy; the end is where it began.
-   integer, parameter :: note_bound_by_stability = 1, note_no_time = 2
+   !> Steps are as long as stability allows, not accuracy; the end is where it began; steps do not get on, though the
+   !! derivatives are right.
+   integer, parameter :: note_bound_by_stability = 1, note_no_time = 2, note_no_progress = 3
 
    !> One thing.
    type :: note_t
@@ -34,6 +35,9 @@ contains
                 '(radau) would take longer ones'
       case (note_no_time)
          text = 'the state was at t = '//to_text(self%t)//' s: the end already'
+      case (note_no_progress)
+         text = 'from t = '//to_text(self%t)//' s on steps hardly get on; the derivatives of the constraints are right there: '// &
+                'look for constraints that contradict each other or take an implicit integrator if the forces are stiff'
       case default
          text = ''
       end select

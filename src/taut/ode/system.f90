@@ -72,6 +72,7 @@ module taut_ode_system
       procedure :: stage_equations => no_stage_equations
       procedure :: breakpoints => no_breakpoints
       procedure :: failure => no_failure
+      procedure :: find_fault => cannot_look
       procedure :: entry_name => numbered_entry
       procedure :: recount => nothing_counted
       procedure :: serialize => nothing_to_serialize
@@ -491,6 +492,25 @@ contains
       associate (unused_system => self)
       end associate
    end subroutine no_failure
+
+   !> Steps do not get on: looks for a fault of the system itself at a state. The default cannot.
+   subroutine cannot_look(self, t, y, looked, fault)
+      !> The system.
+      class(ode_system_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Whether it was looked for, so that none means that the system is right.
+      logical, intent(out) :: looked
+      !> What is wrong, in words; empty if nothing was found.
+      character(:), allocatable, intent(out) :: fault
+
+      looked = .false.
+      fault = ''
+      associate (unused_system => self, unused_time => t, unused_state => y)
+      end associate
+   end subroutine cannot_look
 
    !> Passes through an archive what the system remembers from one step to the next. The default remembers nothing.
    subroutine nothing_to_serialize(self, archive)
