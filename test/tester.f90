@@ -38,6 +38,8 @@ program tester
    use test_read_mechanism, only: collect_read_mechanism
    use test_restart, only: collect_restart
    use test_rank, only: collect_rank, collect_rank_study
+   use test_rank, only: collect_rank
+   use test_reactions, only: collect_reactions
    use test_ritz, only: collect_ritz
    use test_rigid_bodies, only: collect_rigid_bodies
    use test_squeezer, only: collect_squeezer
@@ -46,6 +48,7 @@ program tester
    use test_system, only: collect_system
    use test_turns, only: collect_turns
    use test_variants, only: collect_variants
+   use test_textbook, only: collect_textbook
    use test_verify, only: collect_verify
    use test_normal_solver, only: collect_normal_solver
    use test_rotation, only: collect_rotation
@@ -96,10 +99,12 @@ program tester
    call run_suite('read mechanism', collect_read_mechanism(), trim(only), outcome)
    call run_suite('restart', collect_restart(), trim(only), outcome)
    call run_suite('rank', collect_rank(), trim(only), outcome)
+   call run_suite('reactions', collect_reactions(), trim(only), outcome)
    call run_suite('ritz', collect_ritz(), trim(only), outcome)
    call run_suite('rigid bodies', collect_rigid_bodies(), trim(only), outcome)
    call run_suite('squeezer', collect_squeezer(), trim(only), outcome)
    call run_suite('swing', collect_swing(), trim(only), outcome)
+   call run_suite('textbook', collect_textbook(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('faults', collect_faults(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)

@@ -201,6 +201,21 @@ def test_example_of_a_chain_keeps_its_energy(said: Callable[[str], list[str]]) -
     assert all(abs(float(line.split()[-1])) < 1e-4 for line in lines)
 
 
+def test_example_of_a_body_that_leaves_a_sphere(said: Callable[[str], list[str]]) -> None:
+    without, ground, rough, _ = [line for line in said("leaving") if "friction" in line or "ground" in line]
+    computed, closed = float(without.split()[6].rstrip(",")), float(without.split()[-1])
+    assert closed == pytest.approx(2 / 3 + 1 / (3 * 9.81), abs=1e-6)
+    assert computed == pytest.approx(closed, abs=1e-6)
+    # From there as a stone flies: height h, speed v^2 = 1 + 2 g (1 - h), along the tangent.
+    h, v2 = closed, 1 + 2 * 9.81 * (1 - closed)
+    down = math.sqrt(v2) * math.sqrt(1 - h**2)
+    seconds = (math.sqrt(down**2 + 2 * 9.81 * h) - down) / 9.81
+    far = math.sqrt(1 - h**2) + math.sqrt(v2) * h * seconds
+    assert float(ground.split()[4]) == pytest.approx(far, abs=2e-6)
+    # Friction takes speed, so that it leaves lower down.
+    assert float(rough.split()[6].rstrip(",")) < computed - 0.01
+
+
 def test_example_of_the_builder_swings_as_two_angles_do(said: Callable[[str], list[str]]) -> None:
     energy, center = said("double_pendulum")[-2:]
     assert "0 at the start" in energy

@@ -19,6 +19,7 @@ module taut_constrained_implicit
    use taut_constrained_coupling, only: coupling_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian, projector_t
+   use taut_constrained_reactions, only: power_of_reactions
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_system_stiff, only: stiff_system_t
    use taut_linalg_band_lu, only: band_pattern_t, complex_band_lu_t, real_band_lu_t
@@ -62,10 +63,10 @@ module taut_constrained_implicit
       type(real_band_lu_t), private :: real_factor
       type(complex_band_lu_t), private :: complex_factor
       complex(wp), private :: shift(2) = (0.0_wp, 0.0_wp)
-      real(wp), allocatable, private :: real_values(:), real_x(:)
+      real(wp), allocatable, private :: real_values(:), real_x(:), real_b(:)
       complex(wp), allocatable, private :: complex_values(:)
       real(wp), allocatable, private :: phi(:), b_prime(:), psi(:), force(:), strain(:), mu(:)
-      real(wp), allocatable, private :: base(:), base_w(:), balance(:), varied_w(:), step(:), unit(:)
+      real(wp), allocatable, private :: base(:), base_w(:), balance(:), of_reactions(:), varied_w(:), step(:), unit(:)
       complex(wp), allocatable, private :: u(:), along(:), across(:), wanted(:), unknown(:)
       !> Real and imaginary parts.
       real(wp), allocatable, private :: part_x(:), other_x(:), part_v(:), other_v(:), part_c(:), other_c(:), part_e(:), other_e(:)
@@ -133,7 +134,8 @@ contains
                 self%part_x(self%n_x), self%part_v(self%n_v), self%part_c(self%c), self%part_e(self%n_e), self%other_x(self%n_x), &
                 self%other_v(self%n_v), self%other_c(self%c), self%other_e(self%n_e), self%mu(self%c), &
                 self%base(self%n_v), &
-                self%base_w(self%n_w), self%balance(self%n_v), self%varied_w(self%n_w), self%step(self%n_v), self%unit(self%n_v), &
+                self%base_w(self%n_w), self%balance(self%n_v), self%of_reactions(self%n_v), self%varied_w(self%n_w), &
+                self%step(self%n_v), self%unit(self%n_v), &
                 source=0.0_wp)
       allocate (self%u(self%n_v), self%along(self%n_v), self%across(self%n_x), self%wanted(self%c), source=(0.0_wp, 0.0_wp))
       self%damped = any(self%tau > 0.0_wp)
@@ -173,7 +175,7 @@ contains
          col(p) = l + i
       end do
       call self%saddle%init(l + self%c, row, col)
-      allocate (self%real_values(size(row)), self%real_x(l + self%c), source=0.0_wp)
+      allocate (self%real_values(size(row)), self%real_x(l + self%c), self%real_b(l + self%c), source=0.0_wp)
       allocate (self%complex_values(size(row)), self%unknown(l + self%c), source=(0.0_wp, 0.0_wp))
    end subroutine init
 
@@ -281,6 +283,7 @@ contains
       real(wp), intent(in), contiguous :: z(:)
 
       ode%integrand = self%model%power(at) - dot_product(z(:self%c), self%b_prime)
+      if (self%model%reactive) ode%integrand = ode%integrand + power_of_reactions(self%model, at, z(:self%c))
    end subroutine find_power
 
    !> The balance M vdot - f_s + B^T sigma + A^T lambda at a state, with A in `a`, B in `b` and the strains in `strain`.
@@ -302,6 +305,10 @@ contains
       class default
          call model%force(at, self%force)
       end select
+      if (self%model%reactive) then
+         call self%model%reaction_force(at, z(:self%c), self%of_reactions)
+         self%force(:) = self%force + self%of_reactions
+      end if
       if (self%c > 0) then
          call evaluate_jacobian(self%model, at, self%a)
          call self%a%subtract_transposed(z(:self%c), self%force)
@@ -891,16 +898,43 @@ contains
             if (self%kept(i)) self%real_x(n + self%n_w + i) = self%b_prime(i)
          end do
       end if
+      self%real_b(:) = self%real_x
       call self%real_factor%solve(self%saddle, self%real_x)
+      z(:c) = self%real_x(n + self%n_w + 1:)
+      if (self%model%reactive) call start_reactions(self, z(:c))
       call self%model%x_rate(self%at, self%at%v, ydot(:n_x))
       ydot(n_x + 1:n_x + n) = self%real_x(:n)
       if (self%n_w > 0) call self%model%w_rate(self%at, ydot(n_x + n + 1:))
-      z(:c) = self%real_x(n + self%n_w + 1:)
       if (ode%has_integral) then
          call self%model%velocity_rhs(self%at, self%b_prime)
          call find_power(self, ode, self%at, z)
       end if
       info = merge(rhs_ok, rhs_retry, all(ieee_is_finite(ydot)) .and. all(ieee_is_finite(z)))
    end subroutine start
+
+   !> Forces that depend on the multipliers are those of the multipliers that they lead to; begun at those of g(0).
+   subroutine start_reactions(self, lambda)
+      type(implicit_form_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: lambda(:)
+      real(wp) :: change, none(self%c), without(self%n_v)
+      integer :: i, iteration
+      integer, parameter :: most = 50
+
+      none(:) = 0.0_wp
+      call self%model%reaction_force(self%at, none, without)
+      do iteration = 1, most
+         call self%model%reaction_force(self%at, lambda, self%of_reactions)
+         self%real_x(:) = self%real_b
+         do i = 1, self%n_v
+            self%real_x(i) = self%real_x(i) + self%of_reactions(i) - without(i)
+         end do
+         call self%real_factor%solve(self%saddle, self%real_x)
+         associate (found => self%real_x(self%n_v + self%n_w + 1:))
+            change = maxval(abs(found - lambda))
+            lambda(:) = found
+            if (change <= 1.0e-12_wp*maxval(abs(found))) return
+         end associate
+      end do
+   end subroutine start_reactions
 
 end module taut_constrained_implicit

@@ -28,6 +28,7 @@ module taut_constrained_method
    use taut_constrained_mass, only: mass_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
+   use taut_constrained_reactions, only: power_of_reactions, reactions_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
@@ -80,6 +81,8 @@ module taut_constrained_method
       type(projector_t) :: projector
       !> M, and the reduced mass matrix.
       type(mass_t) :: mass
+      !> Forces that depend on multipliers.
+      type(reactions_t) :: reactions
       !> Where the last evaluation was.
       type(state_t) :: at
       !> Multipliers of Eq. (14b) of the last evaluation: (c).
@@ -93,6 +96,8 @@ module taut_constrained_method
       type(step_end_t) :: step_end
       !> Whether `rhs` projects velocities, so that mu is that of the evaluation.
       logical :: finds_mu = .false.
+      !> Whether forces may depend on its multipliers.
+      logical :: carries_reactions = .true.
       !> Blows at breakpoints: how many, and the kinetic energy that they gave [J].
       integer :: blows = 0
       real(wp) :: energy_of_blows = 0.0_wp
@@ -159,7 +164,10 @@ contains
       call self%projector%init(self%model, method)
       call self%mass%init(self%model)
       call self%m%init(self%model%mass_blocks)
+      call self%reactions%init(self%model)
       call self%set_up(error)
+      if (self%model%reactive .and. .not. self%carries_reactions .and. .not. allocated(error)) &
+         call raise(error, method%place(), 'it has no multipliers for forces that depend on them', 'use "present"')
       allocate (self%dydt(self%size()), source=0.0_wp)
       self%coordinates = model%n_x
       self%velocities = model%n
@@ -372,7 +380,8 @@ contains
       self%has_integral = ieee_is_finite(self%model%energy(at)) .and. ieee_is_finite(self%model%power(at))
    end subroutine begin_balance
 
-   !> Power of what changes the energy, at the state of an evaluation: that of the system's own, and of its drives, -lambda^T b'.
+   !> Power of what changes the energy, at the state of an evaluation: that of the system's own, of forces that depend on reactions,
+   !! and of its drives, -lambda^T b'.
    subroutine find_power(self, b_prime)
       !> The formulation, with lambda in place.
       class(constrained_ode_t), intent(inout) :: self
@@ -380,6 +389,7 @@ contains
       real(wp), intent(in), contiguous :: b_prime(:)
 
       self%integrand = self%model%power(self%at) - dot_product(self%lambda, b_prime)
+      if (self%model%reactive) self%integrand = self%integrand + power_of_reactions(self%model, self%at, self%lambda)
    end subroutine find_power
 
    !> phi and phidot at the state as it is, with A in place.
@@ -436,6 +446,7 @@ contains
       text = ''
       if (allocated(self%blow%why)) text = self%blow%why
       if (len(text) == 0) call self%mass%explain(text)
+      if (len(text) == 0) call self%reactions%explain(text)
       if (len(text) == 0) call self%projector%explain(text)
       if (len(text) == 0) call self%own_failure(text)
    end subroutine failure

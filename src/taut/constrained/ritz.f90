@@ -9,7 +9,7 @@
 module taut_constrained_ritz
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system, only: is_not_supplied, mechanical_system_t, not_supplied, state_t
    use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_pseudo_inverse, only: pseudo_inverse_t
@@ -30,6 +30,7 @@ module taut_constrained_ritz
       procedure :: mass
       procedure :: weight
       procedure :: force
+      procedure :: reaction_force
       procedure :: constraint
       procedure :: jacobian
       procedure :: velocity_rhs
@@ -89,7 +90,7 @@ contains
       allocate (self%shapes, source=shapes)
       allocate (self%x_0, source=x_0)
       call self%define(n=size(shapes, 2), c=full%c, nonholonomic=full%c - full%n_phi, n_w=full%n_w, &
-                       constant_mass=full%constant_mass)
+                       constant_mass=full%constant_mass, reactive=full%reactive)
       select type (full)
       class is (tabulated_system_t)
          self%n_outputs = full%n_outputs
@@ -182,6 +183,27 @@ contains
       call self%full%force(self%full_state(at), f)
       value(:) = matmul(f, self%shapes)
    end subroutine force
+
+   !> X^T g.
+   subroutine reaction_force(self, at, lambda, value)
+      !> The reduced system.
+      class(ritz_t), intent(in) :: self
+      !> The state; all of it may be used.
+      type(state_t), intent(in) :: at
+      !> Multipliers: (c).
+      real(wp), intent(in) :: lambda(:)
+      !> The reduced force: (n).
+      real(wp), intent(out) :: value(:)
+      real(wp) :: g(self%full%n)
+
+      call self%full%reaction_force(self%full_state(at), lambda, g)
+      value(:) = 0.0_wp
+      if (self%reactive) then
+         value(:) = matmul(g, self%shapes)
+      else if (any(is_not_supplied(g))) then
+         value(:) = not_supplied()
+      end if
+   end subroutine reaction_force
 
    !> phi of the full system.
    subroutine constraint(self, at, value)

@@ -193,7 +193,7 @@ contains
       if (present(events)) then
          call simulation%run(at, t_end, error, observer, events, start, held=held)
       else
-         call find_events(model, announced)
+         call find_events(simulation%ode, announced)
          call simulation%run(at, t_end, error, observer, announced, start, held=held)
       end if
       at = simulation%at
@@ -205,11 +205,11 @@ contains
    end subroutine simulate
 
    !> The events that a system announces, if there are any.
-   subroutine find_events(model, events)
-      class(mechanical_system_t), intent(in) :: model
+   subroutine find_events(ode, events)
+      class(constrained_ode_t), intent(in) :: ode
       type(model_events_t), allocatable, intent(out) :: events
 
-      select type (model)
+      select type (model => ode%model)
       class is (tabulated_system_t)
          if (model%n_events == 0) return
          allocate (events)

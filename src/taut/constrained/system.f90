@@ -49,6 +49,8 @@ module taut_constrained_system
       integer, allocatable :: mass_blocks(:)
       !> Whether M never changes; then it is evaluated once.
       logical :: constant_mass = .false.
+      !> Whether some of the forces depend on the multipliers: see `reaction_force`.
+      logical :: reactive = .false.
       !> Whether the method enforces the constraints: what `enforce` was told last. A system with something of its own in their
       !! place, such as a spring, uses that when they are not.
       logical :: enforced = .true.
@@ -58,6 +60,8 @@ module taut_constrained_system
       !> M and f, Eq. (4).
       procedure(matrix_of_masses), deferred :: mass
       procedure(vector_at_state), deferred :: force
+      !> What of the forces depends on the multipliers, of a system that is `reactive`; `power` leaves it out.
+      procedure :: reaction_force => reaction_force_not_supplied
       !> phi, Eq. (5): of the holonomic constraints.
       procedure :: constraint => vector_not_supplied
       !> A, Eq. (6a): all of it, or by default what `pattern` and `jacobian_entries` say of it.
@@ -179,6 +183,19 @@ module taut_constrained_system
          !> The vector.
          real(wp), intent(out) :: value(:)
       end subroutine vector_not_supplied
+
+      !> Forces that depend on the multipliers of the constraints, such as friction, beside those of `force`; smooth in the velocities.
+      !! They are iterated until the multipliers are those of all forces.
+      module subroutine reaction_force_not_supplied(self, at, lambda, value)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> The state; x, v, w and t may be used.
+         type(state_t), intent(in) :: at
+         !> Multipliers of Eq. (14b); the forces of the constraints are -A^T lambda: (c).
+         real(wp), intent(in) :: lambda(:)
+         !> The forces: (n).
+         real(wp), intent(out) :: value(:)
+      end subroutine reaction_force_not_supplied
 
       !> The same of the entries of A, in the order of `pattern`.
       module subroutine entries_not_supplied(self, at, values)
@@ -337,7 +354,7 @@ module taut_constrained_system
       end function is_not_supplied
 
       !> States the sizes of a system; to be called once, where the system is set up.
-      pure module subroutine define(self, n, c, nonholonomic, n_x, n_w, mass_blocks, constant_mass)
+      pure module subroutine define(self, n, c, nonholonomic, n_x, n_w, mass_blocks, constant_mass, reactive)
          !> The system.
          class(mechanical_system_t), intent(inout) :: self
          !> Number of velocities.
@@ -354,6 +371,8 @@ module taut_constrained_system
          integer, intent(in), optional :: mass_blocks(:)
          !> Whether M never changes, so that it need be evaluated but once. Default false.
          logical, intent(in), optional :: constant_mass
+         !> Whether `reaction_force` says what of the forces depends on the multipliers. Default false.
+         logical, intent(in), optional :: reactive
       end subroutine define
 
       !> Whether the sizes make sense together.

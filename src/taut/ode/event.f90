@@ -4,7 +4,7 @@ module taut_ode_event
    use taut_ode_system, only: ode_system_t
    implicit none (type, external)
    private
-   public :: events_t, event_record_t, crosses
+   public :: events_t, event_record_t, crosses, is_beyond
 
    !> Functions g_j(t, y) whose sign changes are looked for.
    !!
@@ -15,6 +15,9 @@ module taut_ode_event
       integer, allocatable :: direction(:)
       !> For each function: whether the integration stops there: (events).
       logical, allocatable :: terminal(:)
+      !> For each function: whether it is an event at the start already that its sign there is the one behind an event in its
+      !! direction, such as a force of a rope that is slack from the beginning; not allocated: of none. (events)
+      logical, allocatable :: from_start(:)
    contains
       procedure(event_functions), deferred :: evaluate
    end type events_t
@@ -63,5 +66,17 @@ contains
       answer = (g0 < 0.0_wp .and. g1 >= 0.0_wp .and. direction >= 0) .or. &
                (g0 > 0.0_wp .and. g1 <= 0.0_wp .and. direction <= 0)
    end function crosses
+
+   !> Whether a value lies behind an event in the wanted direction; with both directions, nothing does.
+   elemental function is_beyond(g, direction) result(answer)
+      !> Value of the function.
+      real(wp), intent(in) :: g
+      !> 1 upward, -1 downward, 0 both.
+      integer, intent(in) :: direction
+      !> Whether it does.
+      logical :: answer
+
+      answer = (g > 0.0_wp .and. direction > 0) .or. (g < 0.0_wp .and. direction < 0)
+   end function is_beyond
 
 end module taut_ode_event

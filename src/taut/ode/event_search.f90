@@ -4,7 +4,7 @@ module taut_ode_event_search
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise
    use taut_ode_ending, only: fail
-   use taut_ode_event, only: crosses, event_record_t, events_t
+   use taut_ode_event, only: crosses, event_record_t, events_t, is_beyond
    use taut_ode_options, only: integration_result_t
    use taut_ode_status, only: status_not_started
    use taut_ode_step, only: step_t
@@ -19,6 +19,7 @@ module taut_ode_event_search
    contains
       procedure :: init
       procedure :: look
+      procedure :: start
       procedure :: find
       procedure :: serialize
    end type event_search_t
@@ -38,6 +39,10 @@ contains
       else if (size(events%direction) /= size(events%terminal)) then
          call raise(error, 'integration', 'direction and terminal of the events have different sizes', &
                     'give both one entry for each function')
+      else if (allocated(events%from_start)) then
+         if (size(events%from_start) /= size(events%terminal)) &
+            call raise(error, 'integration', 'from_start and terminal of the events have different sizes', &
+                       'give both one entry for each function')
       end if
    end subroutine check_events
 
@@ -73,6 +78,44 @@ contains
 
       call events%evaluate(ode, t, y, self%g_old)
    end subroutine look
+
+   !> The values at the start of a motion, and the events that are met there.
+   subroutine start(self, ode, events, t, y, terminal, result)
+      !> The search.
+      class(event_search_t), intent(inout) :: self
+      !> What is integrated.
+      class(ode_system_t), intent(inout) :: ode
+      !> The functions.
+      class(events_t), intent(inout) :: events
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Whether one of them ends the integration.
+      logical, intent(out) :: terminal
+      !> Gets the events.
+      type(integration_result_t), intent(inout) :: result
+      type(event_record_t) :: found
+      integer :: i
+
+      terminal = .false.
+      call self%look(ode, events, t, y)
+      if (.not. allocated(events%from_start)) return
+      do i = 1, size(self%g_old)
+         if (.not. events%from_start(i)) cycle
+         if (is_beyond(self%g_old(i), events%direction(i))) then
+            found%t = t
+            found%index = i
+            found%y = y
+            result%events = [result%events, found]
+            terminal = events%terminal(i)
+            if (terminal) return
+         else if (abs(self%g_old(i)) <= 0.0_wp .and. events%direction(i) /= 0) then
+            ! What begins at zero is an event as soon as it goes beyond.
+            self%g_old(i) = -sign(tiny(1.0_wp), real(events%direction(i), wp))
+         end if
+      end do
+   end subroutine start
 
    !> Locates the sign changes within an accepted step and records them up to the first terminal one.
    subroutine find(self, step, ode, events, terminal, result)

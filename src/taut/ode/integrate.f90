@@ -93,6 +93,7 @@ contains
       class(events_t), intent(inout), optional :: events
       !> Asked before every step; the status of an integration that pauses is `status_interrupted`, and `resume` continues.
       class(pause_t), intent(inout), optional :: pause
+      logical :: met
 
       allocate (result%events(0), result%notes(0))
       result%t = t
@@ -126,14 +127,15 @@ contains
          call observer%begin()
          if (observer%places > 1) allocate (self%places(size(y), observer%places))
       end if
+      met = .false.
       if (present(events)) then
          call self%search%init(events)
-         call self%search%look(ode, events, t, self%step%y)
+         call self%search%start(ode, events, t, self%step%y, met, result)
       end if
-      if (abs(t_end - t) <= 0.0_wp) then
+      if (abs(t_end - t) <= 0.0_wp .or. met) then
          if (present(observer)) call show_start(self, ode, result, observer)
-         if (result%status == status_not_started) result%status = status_reached_end
-         result%notes = [note_t(note_no_time, t)]
+         if (result%status == status_not_started) result%status = merge(status_event, status_reached_end, met)
+         if (.not. met) result%notes = [note_t(note_no_time, t)]
          if (present(observer)) call observer%finish()
          return
       end if

@@ -60,6 +60,8 @@ contains
          call model%acceleration_rhs(at, self%b_second)
          call self%stabilize(self%b_second)
          call model%force(at, self%force)
+         if (model%reactive) call self%reactions%add(model, at, mass, projector, self%b_second, self%force, info)
+         if (info /= rhs_ok) return
          call mass%accelerate(projector, self%force, vdot)
          if (self%options%form == 'force') then
             call mass%correct_force(projector, self%b_second, self%force, vdot, self%lambda)

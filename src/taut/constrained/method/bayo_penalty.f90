@@ -61,6 +61,7 @@ contains
       !> More constraints than full matrices are good for.
       type(error_t), allocatable, intent(inout) :: error
 
+      self%carries_reactions = .false.
       call self%refuse_large(error)
       if (allocated(error)) return
       associate (c => self%model%c, n => self%model%n)

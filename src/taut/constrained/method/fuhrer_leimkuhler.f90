@@ -40,6 +40,7 @@ contains
       !> Left alone.
       type(error_t), allocatable, intent(inout) :: error
 
+      self%carries_reactions = .false.
       call self%baseline_t%set_up(error)
       self%replaces = .true.
       self%finds_mu = .true.

@@ -59,6 +59,7 @@ contains
       !> Left alone.
       type(error_t), allocatable, intent(inout) :: error
 
+      self%carries_reactions = .false.
       call self%mass%init_reduced(self%model, self%options, self%projector, same_place=.false.)
       self%half_explicit = .true.
       self%replaces = .true.

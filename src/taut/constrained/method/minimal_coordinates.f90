@@ -68,6 +68,7 @@ contains
       n = self%model%n
       call self%refuse_large(error)
       if (allocated(error)) return
+      self%carries_reactions = .false.
       self%basis = self%options%independent /= 'partitioning'
       self%keeps = self%options%independent == 'constant'
       self%projects_stages = self%options%stage_projection == 'newton'

@@ -60,6 +60,10 @@ contains
          lambda(:) = self%options%damping*self%phidot
          lambda(:model%n_phi) = lambda(:model%n_phi) + self%options%stiffness*self%phi
          call model%force(at, self%force)
+         if (model%reactive) then
+            call model%reaction_force(at, lambda, dydt(n_x + 1:last_v))
+            self%force(:) = self%force + dydt(n_x + 1:last_v)
+         end if
          call projector%a%subtract_transposed(lambda, self%force)
          call self%mass%renew(model, at, info)
          if (info /= rhs_ok) return

@@ -83,6 +83,8 @@ contains
          if (info == rhs_ok) call mass%reduce(projector, info)
          if (info /= rhs_ok) return
          call model%force(at, self%force)
+         if (model%reactive) call self%reactions%add(model, at, mass, projector, self%b_second, self%force, info)
+         if (info /= rhs_ok) return
          call mass%accelerate(projector, self%force, vdot)
          if (self%corrects_force) then
             ! (g) correct the force, Eq. (19b)

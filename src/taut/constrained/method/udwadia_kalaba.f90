@@ -43,6 +43,7 @@ contains
       !> More rows or columns than full matrices are good for.
       type(error_t), allocatable, intent(inout) :: error
 
+      self%carries_reactions = .false.
       call self%refuse_large(error)
       if (allocated(error)) return
       associate (model => self%model)

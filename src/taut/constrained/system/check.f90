@@ -21,6 +21,8 @@ contains
       if (present(mass_blocks)) self%mass_blocks = mass_blocks
       self%constant_mass = .false.
       if (present(constant_mass)) self%constant_mass = constant_mass
+      self%reactive = .false.
+      if (present(reactive)) self%reactive = reactive
    end procedure define
 
    !> Whether the sizes make sense together.

@@ -37,6 +37,13 @@ contains
    end procedure vector_not_supplied
 
    !> Entries of A that tell the same.
+   module procedure reaction_force_not_supplied
+      value(:) = not_supplied()
+      associate (unused_system => self, unused_state => at, unused_multipliers => lambda)
+      end associate
+   end procedure reaction_force_not_supplied
+
+   !> The same.
    module procedure entries_not_supplied
       values(:) = not_supplied()
       associate (unused_system => self, unused_state => at)
@@ -189,6 +196,7 @@ contains
       call model%check_at(at, error)
       if (allocated(error)) return
       allocate (b(model%c), phi(model%n_phi), source=0.0_wp)
+      call check_reactive(model, at, b, error)
       call model%constraint(at, phi)
       call need('constraint', phi, error)
       if (model%c == 0) return
@@ -205,6 +213,27 @@ contains
          call need('jacobian', a(1, :), error)
       end if
    end subroutine check_supplied
+
+   !> Whether forces that depend on multipliers are there where they are announced, and announced where they are there.
+   subroutine check_reactive(model, at, lambda, error)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      real(wp), intent(in) :: lambda(:)
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: value(model%n)
+      logical :: supplied
+
+      value(:) = 0.0_wp
+      call model%reaction_force(at, lambda, value)
+      supplied = .not. any(is_not_supplied(value))
+      if (model%reactive .and. .not. supplied) then
+         call raise(error, 'mechanical system', 'it is reactive and has no procedure reaction_force', &
+                    'supply it, or leave reactive out of the call of define')
+      else if (supplied .and. .not. model%reactive) then
+         call raise(error, 'mechanical system', 'it has a procedure reaction_force that would not be asked', &
+                    'say reactive=.true. in the call of define')
+      end if
+   end subroutine check_reactive
 
    !> Complains about the answer of a default.
    subroutine need(name, answer, error)

@@ -29,6 +29,10 @@ module taut_constrained_system_tables
       !! allocated: nowhere. (n_events)
       integer, allocatable :: event_direction(:)
       logical, allocatable :: event_terminal(:)
+      !> Whether it is an event at the start already that a function has the sign behind one; not allocated: of none. (n_events)
+      logical, allocatable :: event_from_start(:)
+      !> Whether the functions depend on the multipliers: then `reaction_event_values` gives them.
+      logical :: events_see_reactions = .false.
    contains
       procedure :: x_name => numbered_x
       procedure :: v_name => numbered_v
@@ -40,6 +44,7 @@ module taut_constrained_system_tables
       procedure :: diagnose => nothing_to_say
       procedure :: event_name => numbered_event
       procedure :: event_values => no_event_values
+      procedure :: reaction_event_values => event_values_alone
    end type tabulated_system_t
 
 contains
@@ -169,5 +174,21 @@ contains
       associate (unused_system => self, unused_state => at)
       end associate
    end subroutine no_event_values
+
+   !> The same of functions that depend on the multipliers, such as the force of a contact that ends; the default is `event_values`.
+   subroutine event_values_alone(self, at, lambda, values)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> The state at which they are evaluated, on the constraints.
+      type(state_t), intent(in) :: at
+      !> Multipliers of Eq. (14b): (c).
+      real(wp), intent(in) :: lambda(:)
+      !> The functions: (n_events).
+      real(wp), intent(out) :: values(:)
+
+      call self%event_values(at, values)
+      associate (unused_multipliers => lambda)
+      end associate
+   end subroutine event_values_alone
 
 end module taut_constrained_system_tables
