@@ -33,19 +33,25 @@ class Short:
     arguments: Callable[[Path], Sequence[str]]
 
 
-def swing(folder: Path) -> Sequence[str]:
-    """Writes the swing's case 1b with an early end and returns the arguments."""
-    shortened = Template(ROOT / "cases" / "swing" / "1b.nml", [Entry.read("integration.t_end")])
-    case = folder / "short.nml"
-    case.write_text(shortened.fill([2e-3]), encoding="utf-8")
-    return [str(case), "--out", str(folder), "--quiet"]
+def shortened(path: str, end: float) -> Callable[[Path], Sequence[str]]:
+    """Returns what writes a shipped case with an early end [s] and returns the arguments."""
+
+    def write(folder: Path) -> Sequence[str]:
+        template = Template(ROOT / "cases" / path, [Entry.read("integration.t_end")])
+        case = folder / "short.nml"
+        case.write_text(template.fill([end]), encoding="utf-8")
+        return [str(case), "--out", str(folder), "--quiet"]
+
+    return write
 
 
 RUNS: dict[str, Short] = {
     "pendulum": Short("taut_benchmark", lambda _: "pendulum 1 present 1e-6 1e-6 0.1 10 0".split()),
     "chain-100": Short("taut_benchmark", lambda _: "chain 100 present 1e-6 1e-8 0 1 0".split()),
     "four-bar-2": Short("taut_benchmark", lambda _: "four-bar 2 present 1e-8 1e-8 0 2 0".split()),
-    "swing-1b": Short("swing", swing),
+    "swing-1b": Short("swing", shortened("swing/1b.nml", 2e-3)),
+    "andrews": Short("mechanism", shortened("mechanism/andrews.nml", 1e-3)),
+    "bricard": Short("mechanism", shortened("mechanism/bricard.nml", 0.05)),
 }
 
 

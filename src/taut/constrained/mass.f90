@@ -32,18 +32,18 @@ module taut_constrained_mass
       !> Violation A a - b'': (c).
       real(wp), allocatable, private :: r(:)
    contains
-      procedure :: init
-      procedure :: init_reduced
-      procedure :: renew
-      procedure :: reduce
-      procedure :: look
-      procedure :: accelerate
-      procedure :: multiply
-      procedure :: correct_acceleration
-      procedure :: correct_force
-      procedure :: complete
-      procedure :: least_norm
-      procedure :: explain
+      procedure, non_overridable :: init
+      procedure, non_overridable :: init_reduced
+      procedure, non_overridable :: renew
+      procedure, non_overridable :: reduce
+      procedure, non_overridable :: look
+      procedure, non_overridable :: accelerate
+      procedure, non_overridable :: multiply
+      procedure, non_overridable :: correct_acceleration
+      procedure, non_overridable :: correct_force
+      procedure, non_overridable :: complete
+      procedure, non_overridable :: least_norm
+      procedure, non_overridable :: explain
    end type mass_t
 
 contains

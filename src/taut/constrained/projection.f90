@@ -98,29 +98,29 @@ module taut_constrained_projection
       logical, allocatable, private :: held(:)
       real(wp), allocatable, private :: from_held(:)
    contains
-      procedure :: init
-      procedure :: position
-      procedure :: position_again
-      procedure :: check_branch
-      procedure :: correct
-      procedure :: evaluate
-      procedure :: factorize
-      procedure :: linearize
-      procedure :: violations
-      procedure :: velocity
-      procedure :: velocity_violation
-      procedure :: filter_position
-      procedure :: filter_velocity
-      procedure :: later_corrections
-      procedure :: look
-      procedure :: serialize
-      procedure :: explain
-      procedure :: kept_rows
-      procedure :: leave_out
-      procedure :: divide_by_weight
-      procedure :: meet_holonomic
-      procedure :: meet
-      procedure :: balance
+      procedure, non_overridable :: init
+      procedure, non_overridable :: position
+      procedure, non_overridable :: position_again
+      procedure, non_overridable :: check_branch
+      procedure, non_overridable :: correct
+      procedure, non_overridable :: evaluate
+      procedure, non_overridable :: factorize
+      procedure, non_overridable :: linearize
+      procedure, non_overridable :: violations
+      procedure, non_overridable :: velocity
+      procedure, non_overridable :: velocity_violation
+      procedure, non_overridable :: filter_position
+      procedure, non_overridable :: filter_velocity
+      procedure, non_overridable :: later_corrections
+      procedure, non_overridable :: look
+      procedure, non_overridable :: serialize
+      procedure, non_overridable :: explain
+      procedure, non_overridable :: kept_rows
+      procedure, non_overridable :: leave_out
+      procedure, non_overridable :: divide_by_weight
+      procedure, non_overridable :: meet_holonomic
+      procedure, non_overridable :: meet
+      procedure, non_overridable :: balance
    end type projector_t
 
 contains
@@ -218,7 +218,7 @@ contains
       call self%keeper_of_holonomic%init(self%a, model%n_phi, group, rcond)
    end subroutine init
 
-   !> W at a state, factorized.
+   !> W at a state, factorized, where W is not the identity.
    subroutine renew_weight(self, model, at, info)
       type(projector_t), intent(inout) :: self
       class(mechanical_system_t), intent(in) :: model
@@ -226,7 +226,6 @@ contains
       integer, intent(out) :: info
 
       info = 0
-      if (self%identity) return
       if (self%w_is_mass) then
          if (self%w_ready .and. model%constant_mass .and. .not. self%completion%is_on) return
          call model%mass(at, self%w)
@@ -311,7 +310,7 @@ contains
          if (renew) then
             if (.not. known) then
                call self%evaluate(model, at)
-               call renew_weight(self, model, at, info)
+               if (.not. self%identity) call renew_weight(self, model, at, info)
                if (info /= 0) then
                   call give_up(self, weight_not_positive, info)
                   return
@@ -369,19 +368,29 @@ contains
    pure function largest_entry(values) result(value)
       real(wp), intent(in), contiguous :: values(:)
       real(wp) :: value
+      !> Small systems are slowed down by what a longer loop prepares.
+      integer, parameter :: few = 8
       integer(int64) :: even, odd
       integer :: i, n
 
       ! The bits of numbers without their signs are in the order of their sizes, with infinity and NaN at the end.
-      even = 0_int64
       odd = 0_int64
-      n = size(values)/2
-      do i = 1, n
-         odd = max(odd, ibclr(transfer(values(2*i - 1), odd), 63))
-         even = max(even, ibclr(transfer(values(2*i), even), 63))
-      end do
-      if (2*n < size(values)) odd = max(odd, ibclr(transfer(values(2*n + 1), odd), 63))
-      value = transfer(max(odd, even), value)
+      n = size(values)
+      if (n < few) then
+         !GCC$ unroll 1
+         do i = 1, n
+            odd = max(odd, ibclr(transfer(values(i), odd), 63))
+         end do
+      else
+         ! Two at a time, which do not wait for each other.
+         even = 0_int64
+         do i = 1, n - 1, 2
+            odd = max(odd, ibclr(transfer(values(i), odd), 63))
+            even = max(even, ibclr(transfer(values(i + 1), even), 63))
+         end do
+         odd = max(odd, even, ibclr(transfer(values(n), odd), 63))
+      end if
+      value = transfer(odd, value)
    end function largest_entry
 
    !> The value of a positive number's last bit: `spacing`, without its calls.
@@ -610,7 +619,8 @@ contains
       !> Relative error of the rows of A for want of a state that meets the constraints.
       real(wp), intent(in) :: noise
 
-      call renew_weight(self, model, at, info)
+      info = 0
+      if (.not. self%identity) call renew_weight(self, model, at, info)
       if (info /= 0) then
          call give_up(self, weight_not_positive, info)
          return

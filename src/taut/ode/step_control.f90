@@ -45,13 +45,13 @@ module taut_ode_step_control
       !> Entries that have a part in the norm: those of a tolerance that is not endless.
       integer, private :: counted = 0
    contains
-      procedure :: init
-      procedure :: renew
-      procedure :: norm
-      procedure :: cautious_start
-      procedure :: decide
-      procedure :: reduce
-      procedure :: serialize
+      procedure, non_overridable :: init
+      procedure, non_overridable :: renew
+      procedure, non_overridable :: norm
+      procedure, non_overridable :: cautious_start
+      procedure, non_overridable :: decide
+      procedure, non_overridable :: reduce
+      procedure, non_overridable :: serialize
    end type step_control_t
 
 contains
