@@ -2,9 +2,9 @@
 module test_ode_edges
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use systems, only: driven_pivot, new_particle
-   use taut, only: block_diagonal_t, controller_constants_t, error_t, events_t, integration_options_t, integration_result_t, integrator_t, method_t, &
-                   note_bound_by_stability, ode_system_t, rhs_ok, simulate, state_t, status_event, status_no_progress, &
-                   status_not_finite, status_reached_end, status_too_many_steps, step_control_t, &
+   use taut, only: block_diagonal_t, controller_constants_t, error_t, events_t, integration_options_t, integration_result_t, &
+                   integrator_t, method_t, note_bound_by_stability, ode_system_t, rhs_ok, simulate, state_t, status_event, &
+                   status_no_progress, status_not_finite, status_reached_end, status_too_many_steps, step_control_t, &
                    trajectory_t, wp
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use testing, only: check, check_below, check_close, new_test, no_error, test_t

@@ -117,12 +117,13 @@ contains
    subroutine find_own_power(self, vdot)
       type(minimal_coordinates_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: vdot(:)
+      real(wp) :: completed(size(self%b_second))
 
       call self%mass%multiply(self%projector, vdot, self%weighted)
-      self%lambda(:) = 0.0_wp
-      call self%mass%complete(self%projector, self%b_second, self%lambda)
+      completed(:) = 0.0_wp
+      call self%mass%complete(self%projector, self%b_second, completed)
       self%integrand = self%model%power(self%at) + dot_product(self%at%v, self%weighted - self%force) - &
-                       dot_product(self%projector%b_prime, self%lambda)
+                       dot_product(self%projector%b_prime, completed)
    end subroutine find_own_power
 
    !> x by Eq. (17), or without projection only what belongs to the coordinates by themselves.
