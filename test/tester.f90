@@ -38,7 +38,6 @@ program tester
    use test_read_mechanism, only: collect_read_mechanism
    use test_restart, only: collect_restart
    use test_rank, only: collect_rank, collect_rank_study
-   use test_rank, only: collect_rank
    use test_reactions, only: collect_reactions
    use test_ritz, only: collect_ritz
    use test_rigid_bodies, only: collect_rigid_bodies
