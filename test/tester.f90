@@ -15,6 +15,7 @@ program tester
    use test_constrained, only: collect_constrained
    use test_helicopter, only: collect_helicopter
    use test_faults, only: collect_faults
+   use test_first_look, only: collect_first_look
    use test_generalized_alpha, only: collect_generalized_alpha
    use test_history, only: collect_history
    use test_jet, only: collect_jet
@@ -119,6 +120,7 @@ program tester
    call run_suite('equilibrium', collect_equilibrium(), trim(only), outcome)
    call run_suite('modes', collect_modes(), trim(only), outcome)
    call run_suite('near', collect_near(), trim(only), outcome)
+   call run_suite('first look', collect_first_look(), trim(only), outcome)
    call run_suite('statics', collect_statics(), trim(only), outcome)
    call run_suite('turns', collect_turns(), trim(only), outcome)
    call run_suite('assembly', collect_assembly(), trim(only), outcome)

@@ -11,14 +11,17 @@ module taut_constrained_first_look
    use taut_constrained_verify, only: finding_t, shaken, verify
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
+   use taut_linalg_null_space, only: null_space
    implicit none (type, external)
    private
-   public :: first_look
+   public :: first_look, look_at_dependence
 
    !> Steps of the central differences, for sizes that a system may be of.
    real(wp), parameter :: steps(3) = [6.0e-6_wp, 6.0e-8_wp, 6.0e-4_wp]
    !> Difference that looks wrong, relative to the largest of what is compared.
    real(wp), parameter :: suspicious = 1.0e-6_wp
+   !> Part of b'' that no acceleration can make, above which velocities are none that the constraints allow.
+   real(wp), parameter :: contradiction = 1.0e-3_wp
    !> What is compared.
    integer, parameter :: of_phi_along_u = 1, of_phi_in_time = 2, of_rate = 3
    !> Entries of A up to which `verify` may compare them one by one.
@@ -63,6 +66,44 @@ contains
       if (size(findings) > 0) &
          call raise(error, 'first look', findings(1)%message, 'mend it: verify lists all; look = .false. goes on without')
    end subroutine first_look
+
+   !> Looks at a system some of whose rows depend on others at its start: at rows that no velocity changes, and at velocities that
+   !! the constraints allow to first order and not to second, as where two curves touch.
+   subroutine look_at_dependence(model, at, error)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its start, on the constraints.
+      type(state_t), intent(in) :: at
+      !> What is wrong, if it is certain.
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: a(model%c, model%n), b(model%c), left(model%c), phi(model%n_phi), moved(model%n_phi)
+      real(wp), allocatable :: a_plus(:, :), z(:, :)
+      type(state_t) :: near
+      integer :: i, info, rank
+
+      call model%jacobian(at, a)
+      call model%constraint(at, phi)
+      near = at
+      near%x = [(at%x(i) + steps(1)*cos(1.3_wp*i)*max(1.0_wp, maxval(abs(at%x))), i=1, model%n_x)]
+      call model%normalize(near%x)
+      call model%constraint(near, moved)
+      do i = 1, model%n_phi
+         if (maxval(abs(a(i, :))) > 0.0_wp .or. .not. abs(moved(i) - phi(i)) > suspicious*steps(1)) cycle
+         call raise(error, 'first look', 'no velocity changes constraint '//to_text(i)//': its row of A is zero, though its '// &
+                    'phi depends on the coordinates', 'leave it out; what brings coordinates back to length one is `normalize`')
+         return
+      end do
+
+      call null_space(a, z, a_plus, rank, info)
+      if (info /= 0) return
+      call model%acceleration_rhs(at, b)
+      left = abs(b - matmul(a, matmul(a_plus, b)))
+      i = maxloc(left, 1)
+      if (left(i) > contradiction*maxval(abs(b))) &
+         call raise(error, 'first look', 'the velocities of the start meet the constraints to first order only: constraint '// &
+                    to_text(i)//' cannot be kept, its second derivative is off by '//to_text(left(i)), &
+                    'start with velocities along which all constraints can be kept, or at rest; look = .false. goes on')
+   end subroutine look_at_dependence
 
    !> A row whose derivatives look wrong, or 0.
    subroutine look(model, at, moving, row)

@@ -5,7 +5,7 @@ module taut_constrained_simulate
    use taut_error, only: error_t
    use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_method_choose, only: new_constrained_ode
-   use taut_constrained_first_look, only: first_look
+   use taut_constrained_first_look, only: first_look, look_at_dependence
    use taut_constrained_method_options, only: method_t
    use taut_constrained_model_events, only: model_events_t
    use taut_constrained_stepper_choose, only: choose_constrained_stepper
@@ -22,6 +22,12 @@ module taut_constrained_simulate
    implicit none (type, external)
    private
    public :: simulate, simulation_t
+
+   !> Methods that let constraints go, a little or altogether.
+   character(*), parameter :: without_constraints(4) = [character(len=20) :: 'unconstrained', 'penalty', 'bayo-penalty', &
+                                                        'augmented-lagrangian']
+   !> Rows of A up to which their dependence is looked at.
+   integer, parameter :: most_rows = 300
 
    !> A simulation that can pause, be stored and continue: `init`, `run`, and after a pause `resume`.
    !!
@@ -229,7 +235,13 @@ contains
 
       there = at
       call consistent_start(simulation%ode%model, simulation%ode%options, there, report, no_start, held)
-      if (.not. allocated(no_start)) call first_look(simulation%ode%model, there, error)
+      if (allocated(no_start)) return
+      associate (model => simulation%ode%model, method => simulation%ode%options)
+         call first_look(model, there, error)
+         ! What lets constraints go asks for no accelerations that keep them.
+         if (allocated(error) .or. method%accept_inconsistent .or. any(method%name == without_constraints)) return
+         if (report%rank < model%c .and. model%c <= most_rows) call look_at_dependence(model, there, error)
+      end associate
    end subroutine look_at_start
 
 end module taut_constrained_simulate

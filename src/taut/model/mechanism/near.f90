@@ -17,7 +17,7 @@ submodule(taut_model_mechanism) taut_model_mechanism_near
    !> Rows with less than this part in a combination have none.
    real(wp), parameter :: no_part = 1.0e-3_wp
    !> Larger matrices are not searched.
-   integer, parameter :: most_rows = 1000
+   integer, parameter :: most_rows = 500
 
 contains
 
