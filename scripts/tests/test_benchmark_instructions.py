@@ -68,8 +68,8 @@ def test_functions_have_their_names_in_the_source() -> None:
     ]
 
 
-def test_swing_is_cut_short(tmp_path: Path) -> None:
-    arguments = instructions.swing(tmp_path)
+def test_a_case_is_cut_short(tmp_path: Path) -> None:
+    arguments = instructions.RUNS["swing-1b"].arguments(tmp_path)
     assert "t_end = 0.002\n" in Path(arguments[0]).read_text(encoding="utf-8")
 
 

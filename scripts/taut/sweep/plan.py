@@ -129,14 +129,9 @@ class Plan:
         return self._lines(begin, run.first + run.count - begin)
 
     def _lines(self, begin: int, count: int) -> str:
+        sources = [source for source in self._sources if source[1] is not None]
         rows = enumerate(self.rows[begin - 1 : begin - 1 + count], start=begin)
-        lines = (
-            [
-                str(index),
-                *(fortran(v) for v in self._values(row, [s for s in self._sources if s[1] is not None])),
-            ]
-            for index, row in rows
-        )
+        lines = ([str(index), *map(fortran, self._values(row, sources))] for index, row in rows)
         return "".join("\t".join(line) + "\n" for line in lines)
 
     def parameters(self, run: Run) -> dict[str, Any]:
