@@ -232,7 +232,9 @@ contains
 
    !> A text in lower case.
    pure function lower_case(text) result(small)
+      !> The text.
       character(*), intent(in) :: text
+      !> Of the same length.
       character(len=len(text)) :: small
       integer :: i
 
