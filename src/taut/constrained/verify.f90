@@ -1,6 +1,6 @@
 !> Checks a user's own system: A against phi, b' and b'' against both, M, H, and that everything is set.
 module taut_constrained_verify
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_method_options, only: method_t
@@ -8,6 +8,8 @@ module taut_constrained_verify
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
    use taut_constrained_completion, only: completion_t
    use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian
+   use taut_constrained_verify_finding, only: check_set, compare, compare_column, elsewhere, entry_name, finding_t, largest, &
+                                              mark_followers, note, scale_of, size_of, take_nearer, unset
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
    implicit none (type, external)
@@ -17,23 +19,6 @@ module taut_constrained_verify
    !> Steps of the central differences: the cube root of round-off, times sizes that a system may be of. What a system gives
    !! is right if it agrees with one of the differences; so small mechanisms and fast motions need no option.
    real(wp), parameter :: steps(4) = 6.0e-6_wp*[1.0_wp, 1.0e-2_wp, 1.0e-4_wp, 1.0e2_wp]
-
-   !> One entry that is wrong.
-   type :: finding_t
-      !> `A`, `b'`, `b''`, `M`, `phi`, `f`, `g`, `H` or `H^+` (its inverse).
-      character(len=8) :: what = ''
-      !> Row and column, 0 where there is none.
-      integer :: row = 0, column = 0
-      !> What the system gives, what was expected.
-      real(wp) :: given = 0.0_wp, expected = 0.0_wp
-      !> Whether it may be no fault of its own, but follow from one that is found before it.
-      logical :: follows = .false.
-      !> In words.
-      character(:), allocatable :: message
-   end type finding_t
-
-   !> Length of a name.
-   integer, parameter :: name_length = 32
 
 contains
 
@@ -147,32 +132,6 @@ contains
       end do
    end subroutine check_constancy
 
-   !> Says of findings that they are of another state.
-   subroutine elsewhere(findings)
-      type(finding_t), intent(inout) :: findings(:)
-      integer :: i
-
-      do i = 1, size(findings)
-         findings(i)%message = findings(i)%message//' (at a state near the given one)'
-      end do
-   end subroutine elsewhere
-
-   !> What may follow from another finding: all but H itself where H is wrong, b'' of rows whose A or b' is wrong.
-   subroutine mark_followers(findings)
-      type(finding_t), intent(inout) :: findings(:)
-      integer :: i
-
-      do i = 1, size(findings)
-         select case (findings(i)%what)
-         case ('H^+', 'A', "b'")
-            findings(i)%follows = any(findings%what == 'H')
-         case ("b''")
-            findings(i)%follows = any(findings%what == 'H') .or. &
-                                  any((findings%what == 'A' .or. findings%what == "b'") .and. findings%row == findings(i)%row)
-         end select
-      end do
-   end subroutine mark_followers
-
    !> All comparisons at a state.
    subroutine look(model, here, allowed, findings)
       class(mechanical_system_t), intent(in) :: model
@@ -223,134 +182,6 @@ contains
                       10.0_wp*allowed, findings)
       end do
    end subroutine look
-
-   !> A value that no procedure leaves behind by intention.
-   function unset()
-      real(wp) :: unset
-
-      unset = ieee_value(unset, ieee_quiet_nan)
-   end function unset
-
-   !> Size of the violation's terms.
-   pure function scale_of(b, a, v) result(scale)
-      real(wp), intent(in) :: b(:), a(:, :), v(:)
-      real(wp) :: scale
-      integer :: i, j
-
-      scale = tiny(1.0_wp)
-      do i = 1, size(b)
-         if (ieee_is_finite(b(i))) scale = max(scale, abs(b(i)))
-         do j = 1, size(v)
-            if (ieee_is_finite(a(i, j))) scale = max(scale, abs(a(i, j)*v(j)))
-         end do
-      end do
-   end function scale_of
-
-   !> Size of the largest entry that is finite.
-   pure function largest(values) result(size_of_it)
-      real(wp), intent(in) :: values(:)
-      real(wp) :: size_of_it
-      integer :: i
-
-      size_of_it = 0.0_wp
-      do i = 1, size(values)
-         if (ieee_is_finite(values(i))) size_of_it = max(size_of_it, abs(values(i)))
-      end do
-   end function largest
-
-   !> The size of what is there, or one.
-   pure function size_of(values) result(it)
-      real(wp), intent(in) :: values(:)
-      real(wp) :: it
-
-      it = largest(values)
-      if (.not. it > 0.0_wp) it = 1.0_wp
-   end function size_of
-
-   !> Takes a difference as what is expected if it is nearer to what is given than those before it.
-   elemental subroutine take_nearer(given, trial, expected)
-      real(wp), intent(in) :: given, trial
-      real(wp), intent(inout) :: expected
-
-      if (.not. ieee_is_finite(trial)) return
-      if (.not. (ieee_is_finite(expected) .and. ieee_is_finite(given))) then
-         expected = trial
-      else if (abs(trial - given) < abs(expected - given)) then
-         expected = trial
-      end if
-   end subroutine take_nearer
-
-   !> Adds a finding.
-   subroutine note(what, row, column, given, expected, message, findings)
-      character(*), intent(in) :: what, message
-      integer, intent(in) :: row, column
-      real(wp), intent(in) :: given, expected
-      type(finding_t), allocatable, intent(inout) :: findings(:)
-      type(finding_t) :: finding
-
-      finding%what = what
-      finding%row = row
-      finding%column = column
-      finding%given = given
-      finding%expected = expected
-      finding%message = message
-      findings = [findings, finding]
-   end subroutine note
-
-   !> Name of an entry, such as A(2, 3). Its length is fixed: the compiler keeps results of deferred length in static memory, which
-   !! threads share.
-   pure function entry_name(what, row, column) result(text)
-      character(*), intent(in) :: what
-      integer, intent(in) :: row, column
-      character(len=name_length) :: text
-
-      if (column > 0) then
-         write (text, '(2a, i0, a, i0, a)') what, '(', row, ', ', column, ')'
-      else
-         write (text, '(2a, i0, a)') what, '(', row, ')'
-      end if
-   end function entry_name
-
-   !> Entries that were never set, or are not finite.
-   subroutine check_set(what, values, findings, column)
-      character(*), intent(in) :: what
-      real(wp), intent(in) :: values(:)
-      type(finding_t), allocatable, intent(inout) :: findings(:)
-      integer, intent(in), optional :: column
-      integer :: i, j
-
-      j = 0
-      if (present(column)) j = column
-      do i = 1, size(values)
-         if (.not. ieee_is_finite(values(i))) &
-            call note(what, i, j, values(i), 0.0_wp, trim(entry_name(what, i, j))//' is not set or not finite', findings)
-      end do
-   end subroutine check_set
-
-   !> One entry against its expected value.
-   subroutine compare(what, row, column, given, expected, scale, allowed, findings)
-      character(*), intent(in) :: what
-      integer, intent(in) :: row, column
-      real(wp), intent(in) :: given, expected, scale, allowed
-      type(finding_t), allocatable, intent(inout) :: findings(:)
-
-      if (.not. (ieee_is_finite(given) .and. ieee_is_finite(expected))) return
-      if (abs(given - expected) <= allowed*max(scale, 1.0e-8_wp)) return
-      call note(what, row, column, given, expected, trim(entry_name(what, row, column))//' is '//to_text(given)// &
-                ' and should be '//to_text(expected)//': off by '//to_text(given - expected), findings)
-   end subroutine compare
-
-   !> A column of A; an entry is small or not by its row.
-   subroutine compare_column(column, given, expected, rows, allowed, findings)
-      integer, intent(in) :: column
-      real(wp), intent(in) :: given(:), expected(:), rows(:, :), allowed
-      type(finding_t), allocatable, intent(inout) :: findings(:)
-      integer :: i
-
-      do i = 1, size(given)
-         call compare('A', i, column, given(i), expected(i), largest(rows(i, :)), allowed, findings)
-      end do
-   end subroutine compare_column
 
    !> The entries of a structured A against the dense one, which has to be zero elsewhere.
    subroutine check_entries(model, at, a, allowed, findings)
