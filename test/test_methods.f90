@@ -2,7 +2,8 @@
 module test_methods
    use closed_forms, only: pendulum_motion
    use systems, only: new_compound, new_coupler, new_particle, sleigh_in_space
-   use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, mechanical_system_t, method_t, &
+   use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, mechanical_system_t, &
+                   method_names, method_t, &
                    observer_t, ode_system_t, &
                    sample_t, simulate, state_t, status_reached_end, wp
    use taut_constrained_method_choose, only: new_constrained_ode
@@ -56,6 +57,7 @@ contains
                new_test('dummy derivatives keep all levels and switch', dummy_switches), &
                new_test('Gear, Gupta and Leimkuhler ask for no second derivative', no_second_derivative), &
                new_test('stabilized index 2 keeps two levels, with the second derivative three', stabilized_levels), &
+               new_test('output between the steps changes no step', output_changes_nothing), &
                new_test('methods with full matrices refuse large systems', too_large)]
    end function collect_methods
 
@@ -84,12 +86,12 @@ contains
    end subroutine observe
 
    !> A pendulum by a method, with steps of one length or by tolerance.
-   subroutine swing(method, t_end, swung, failure, step, rtol, copies)
+   subroutine swing(method, t_end, swung, failure, step, rtol, copies, output_dt)
       type(method_t), intent(in) :: method
       real(wp), intent(in) :: t_end
       type(swung_t), intent(out) :: swung
       character(:), allocatable, intent(inout) :: failure
-      real(wp), intent(in), optional :: step, rtol
+      real(wp), intent(in), optional :: step, rtol, output_dt
       integer, intent(in), optional :: copies
       type(pendulum_t) :: model
       type(integration_options_t) :: options
@@ -98,6 +100,7 @@ contains
 
       stated = 1
       if (present(copies)) stated = copies
+      if (present(output_dt)) options%output_dt = output_dt
       if (present(step)) then
          options%step_control = 'fixed'
          options%first_step = step
@@ -470,6 +473,22 @@ contains
       call check_below(failure, swung%levels%tension, 1.0e-5_wp, 'three levels: tension')
       call cranks('fuhrer-leimkuhler', method_t(name='fuhrer-leimkuhler'), failure)
    end subroutine stabilized_levels
+
+   !> What is looked up inside a step leaves no trace in the next one.
+   subroutine output_changes_nothing(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(method_t) :: method
+      type(swung_t) :: every, some
+      integer :: i
+
+      do i = 1, size(method_names)
+         method = method_t(name=method_names(i), stiffness=1.0e4_wp)
+         call swing(method, 2.0_wp, every, failure, rtol=1.0e-4_wp)
+         call swing(method, 2.0_wp, some, failure, rtol=1.0e-4_wp, output_dt=0.01_wp)
+         call check(failure, every%result%steps == some%result%steps .and. every%result%rejected == some%result%rejected, &
+                    trim(method%name)//': steps')
+      end do
+   end subroutine output_changes_nothing
 
    subroutine too_large(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -214,7 +214,7 @@ def test_text_and_page_have_the_same_numbers(document: page.Report) -> None:
 def test_the_text_keeps_to_its_width(document: page.Report) -> None:
     lines = page.plain(document).splitlines()
     assert max(len(line) for line in lines if not line.endswith((".pdf", ".gif"))) <= page.WIDTH
-    assert lines[0] == page.TITLE and "The paper says" in "\n".join(lines[:14])
+    assert lines[0] == page.TITLE and "The paper says" in "\n".join(lines[:16])
 
 
 def test_a_run_that_ended_early_is_told(tmp_path: Path) -> None:

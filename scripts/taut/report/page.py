@@ -45,12 +45,17 @@ def build(results: Results) -> Report:
                 figure.save_if_stale(results)
     chapters = tuple(problem.build(results) for problem in problems)
     left_out = [
-        f"{problem.title} ({listed(list(problem.missing(results)))})"
+        f"{problem.title} ({_told(problem.missing(results))})"
         for problem in PROBLEMS
         if problem not in problems
     ]
     lead = LEAD + f" Left out, for want of results: {listed(left_out)}." * bool(left_out)
     return Report(TITLE, lead, chapters, made(results), gallery(results))
+
+
+def _told(names: tuple[str, ...], most: int = 3) -> str:
+    """Returns the names of cases, or how many there are behind the first."""
+    return listed(list(names)) if len(names) <= most else f"{names[0]} and {len(names) - 1} others"
 
 
 def made(results: Results) -> str:

@@ -9,6 +9,8 @@ from taut.report.drawing import Spec
 from taut.report.formulation import chapter as formulation
 from taut.report.helicopter import chapter as helicopter_chapter
 from taut.report.helicopter import figures as helicopter
+from taut.report.methods import chapter as methods_chapter
+from taut.report.methods import figures as methods
 from taut.report.pendulum import chapter as pendulum_chapter
 from taut.report.pendulum import figures as pendulum
 from taut.report.swing import chapter as swing_chapter
@@ -38,6 +40,7 @@ PROBLEMS = (
     Problem("Simple pendulum", pendulum.FIGURES, pendulum_chapter.build, pendulum_chapter.CASES),
     Problem("Swing", swing.FIGURES, swing_chapter.build, swing_chapter.CASES, any_will_do=True),
     Problem("Helicopter blade", helicopter.FIGURES, helicopter_chapter.build, helicopter_chapter.CASES),
+    Problem("The methods side by side", methods.FIGURES, methods_chapter.build, methods_chapter.CASES),
 )
 FIGURES: tuple[Spec, ...] = tuple(figure for problem in PROBLEMS for figure in problem.figures)
 

@@ -44,6 +44,7 @@ module taut_constrained_method_gear_gupta_leimkuhler
       procedure :: rhs
       procedure :: meet
       procedure :: project
+      procedure :: later_corrections
       procedure :: filter_error
       procedure :: stage_equations
       procedure :: own_failure
@@ -241,6 +242,20 @@ contains
       call self%pack(self%at, y)
       if (place /= inside_step) call self%remember()
    end subroutine project
+
+   !> A new state is not projected: what was inside a step says nothing of it.
+   subroutine later_corrections(self, d, bends)
+      !> The formulation.
+      class(gear_gupta_leimkuhler_t), intent(in) :: self
+      !> Left alone: (n_x).
+      real(wp), intent(inout), contiguous :: d(:)
+      !> False.
+      logical, intent(out) :: bends
+
+      bends = .false.
+      associate (unused_formulation => self, unused_displacement => d)
+      end associate
+   end subroutine later_corrections
 
    !> Takes off the local error what the multipliers take off the state.
    subroutine filter_error(self, error)
