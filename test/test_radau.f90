@@ -2,7 +2,7 @@
 module test_radau
    use springs, only: new_spring, spring_t
    use systems, only: actuator, bead, driven_pivot, new_compound, new_coupler, new_particle, sleigh, sleigh_in_space
-   use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, &
+   use taut, only: block_diagonal_t, constrained_ode_t, error_t, integration_options_t, integration_result_t, &
                    mechanical_system_t, method_names, method_t, ode_system_t, integrator_t, rhs_ok, rhs_retry, sample_t, simulate, &
                    state_t, &
                    status_not_finite, status_reached_end, trajectory_t, wp
@@ -20,6 +20,14 @@ module test_radau
    contains
       procedure :: rhs => relaxation_rhs
    end type relaxation_t
+
+   !> Two masses; the second one, if it has none, is not determined, and else is pulled by a cube root.
+   type, extends(mechanical_system_t) :: loose_t
+      real(wp) :: m = 1.0_wp
+   contains
+      procedure :: mass => loose_mass
+      procedure :: force => loose_force
+   end type loose_t
 
    real(wp), parameter :: g = 9.81_wp
 
@@ -40,6 +48,8 @@ contains
                new_test('ringing above the tolerance is resolved', ringing), &
                new_test('damping of an elastic row', damped_row), &
                new_test('backwards in time', backwards), &
+               new_test('what stops a step is named', named), &
+               new_test('options that contradict', contradictions), &
                new_test('a right-hand side that ends', ends)]
    end function collect_radau
 
@@ -335,6 +345,75 @@ contains
       call check_below(failure, norm2(at%x - reference%x), 1.0e-6_wp, 'position')
       call check_below(failure, norm2(at%v - reference%v), 1.0e-5_wp, 'velocity')
    end subroutine damped_row
+
+   subroutine loose_mass(self, at, m)
+      class(loose_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(block_diagonal_t), intent(inout) :: m
+
+      call m%set_diagonal([1.0_wp, self%m])
+      associate (unused_state => at)
+      end associate
+   end subroutine loose_mass
+
+   subroutine loose_force(self, at, value)
+      class(loose_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      value = [0.0_wp, -1.0e6_wp*sign(abs(at%x(2))**(1.0_wp/3.0_wp), at%x(2))]
+      associate (unused_system => self)
+      end associate
+   end subroutine loose_force
+
+   subroutine named(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(len=20), parameter :: integrators(2) = [character(len=20) :: 'radau', 'generalized-alpha']
+      integer :: i
+
+      do i = 1, 2
+         call stops(0.0_wp, integrators(i), 'singular at velocity 2')
+         call stops(1.0_wp, integrators(i), 'largest correction is that of coordinate 2')
+      end do
+
+   contains
+
+      subroutine stops(m, integrator, words)
+         real(wp), intent(in) :: m
+         character(*), intent(in) :: integrator, words
+         type(loose_t) :: model
+         type(state_t) :: at
+         type(integration_result_t) :: result
+         type(error_t), allocatable :: error
+
+         model%m = m
+         call model%define(n=2, c=0, mass_blocks=[1, 1])
+         at%x = [1.0_wp, 0.01_wp]
+         at%v = [0.0_wp, 0.0_wp]
+         call simulate(model, at, 1.0_wp, result, error, look=.false., options=integration_options_t( &
+                       integrator=integrator, step_control='fixed', first_step=0.1_wp))
+         if (.not. allocated(error) .and. allocated(result%error)) call move_alloc(result%error, error)
+         call check(failure, allocated(error), words)
+         if (allocated(error)) call check(failure, index(error%line(), words) > 0, error%line())
+      end subroutine stops
+
+   end subroutine named
+
+   subroutine contradictions(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: pendulum
+      type(state_t) :: at
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+
+      call new_pendulum(pendulum, 1.0_wp, 1.0_wp, g, 1, error)
+      at%x = [1.0_wp, 0.0_wp]
+      at%v = [0.0_wp, 0.0_wp]
+      call simulate(pendulum, at, 1.0_wp, result, error, &
+                    options=integration_options_t(integrator='radau', step_control='odepkg-2009'))
+      call check(failure, allocated(error), 'a test of errors that is another''s')
+      if (allocated(error)) call check(failure, index(error%line(), 'odepkg-2009') > 0, error%line())
+   end subroutine contradictions
 
    subroutine backwards(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -18,8 +18,12 @@ ENTRANTS: dict[str, MethodStyle] = {
     "taut": METHODS["present"],
     "taut, stages as they are": METHODS["present-position"],
     "taut, Eq. (8)": METHODS["baseline"],
+    "taut, Radau IIA": MethodStyle("taut, Radau IIA", "#7F3C8D", "solid", "o"),
+    "taut, generalized-alpha": MethodStyle("taut, generalized-alpha", "#7F3C8D", (0, (4, 2)), "P"),
     "SciPy RK45": MethodStyle("SciPy RK45", "#D55E00", "solid", "s"),
     "SciPy DOP853": MethodStyle("SciPy DOP853", "#D55E00", (0, (4, 2)), "v"),
+    "SciPy Radau": MethodStyle("SciPy Radau", "#E69F00", "solid", "s"),
+    "SciPy BDF": MethodStyle("SciPy BDF", "#E69F00", (0, (4, 2)), "v"),
     "SUNDIALS ARKODE": MethodStyle("SUNDIALS ARKODE", "#009E73", "solid", "^"),
     "Pinocchio": MethodStyle("Pinocchio", "#56B4E9", "solid", "X"),
 }

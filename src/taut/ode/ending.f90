@@ -5,6 +5,7 @@ module taut_ode_ending
    use taut_ode_options, only: integration_result_t
    use taut_ode_status, only: status_no_progress, status_step_too_small, status_not_finite, status_rhs_failed, &
                               status_projection_failed
+   use taut_ode_stepper, only: stepper_t
    use taut_ode_system, only: ode_system_t, rhs_ok, rhs_cannot, rhs_failed, rhs_no_projection, rhs_not_finite, rhs_not_solved
    implicit none (type, external)
    private
@@ -13,7 +14,7 @@ module taut_ode_ending
 contains
 
    !> The steps have become too small: the last reason for it names the status.
-   subroutine give_up(ode, info, h, t, result)
+   subroutine give_up(ode, info, h, t, result, stepper)
       !> What is integrated.
       class(ode_system_t), intent(in) :: ode
       !> Answer of the last try: one of the `rhs_` constants.
@@ -24,6 +25,8 @@ contains
       real(wp), intent(in) :: t
       !> Gets its status and its error.
       type(integration_result_t), intent(inout) :: result
+      !> Its last try is the reason.
+      class(stepper_t), intent(in) :: stepper
 
       if (info == rhs_ok) then
          result%status = status_step_too_small
@@ -32,12 +35,12 @@ contains
                     'loosen the tolerances, or look for a jump in the forces (a breakpoint) '// &
                     'or constraints that cannot be met any more')
       else
-         call fail(ode, info, t, result)
+         call fail(ode, info, t, result, stepper)
       end if
    end subroutine give_up
 
    !> The right-hand side or the projection failed for good.
-   subroutine fail(ode, info, t, result)
+   subroutine fail(ode, info, t, result, stepper)
       !> What is integrated.
       class(ode_system_t), intent(in) :: ode
       !> Its answer: one of the `rhs_` constants.
@@ -46,9 +49,15 @@ contains
       real(wp), intent(in) :: t
       !> Gets its status and its error.
       type(integration_result_t), intent(inout) :: result
+      !> Asked for the reason if it was its try that has failed.
+      class(stepper_t), intent(in), optional :: stepper
       character(:), allocatable :: why
 
-      call ode%failure(why)
+      if (present(stepper)) then
+         call stepper%failure(ode, why)
+      else
+         call ode%failure(why)
+      end if
       select case (info)
       case (rhs_no_projection)
          result%status = status_projection_failed

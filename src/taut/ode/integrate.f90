@@ -218,7 +218,7 @@ contains
             self%info = rhs_ok
             if (self%stop > 1) call self%step%cross(ode, self%stops(self%stop), self%info)
             if (self%info == rhs_ok) call self%step%begin(ode, self%stops(self%stop), self%info)
-            if (self%info /= rhs_ok) call fail(ode, self%info, self%step%t, result)
+            if (self%info /= rhs_ok) call fail(ode, self%info, self%step%t, result, self%step%stepper)
             if (self%stop == 1 .and. present(observer) .and. result%status == status_not_started) &
                call show_start(self, ode, result, observer)
             if (result%status /= status_not_started) exit
@@ -306,14 +306,14 @@ contains
                lands = abs(h) >= abs(stop_time - step%t)
             if (lands) h = stop_time - step%t
             if (abs(h) < least .and. .not. lands) then
-               call give_up(ode, self%info, h, step%t, result)
+               call give_up(ode, self%info, h, step%t, result, step%stepper)
                return
             end if
             t_new = step%t + h
             if (lands) t_new = stop_time
             call step%try(ode, t_new, h, h_next, accepted, self%info)
             if (self%info == rhs_failed .or. self%info == rhs_cannot .or. (self%info /= rhs_ok .and. step%control%fixed)) then
-               call fail(ode, self%info, step%t, result)
+               call fail(ode, self%info, step%t, result, step%stepper)
                return
             end if
             if (.not. accepted) then
@@ -324,7 +324,7 @@ contains
                   if (result%status /= status_not_started) return
                end if
                if (lands .and. abs(h_next) < least) then
-                  call give_up(ode, self%info, h_next, step%t, result)
+                  call give_up(ode, self%info, h_next, step%t, result, step%stepper)
                   return
                end if
                step%h = h_next

@@ -8,7 +8,8 @@ module taut_ode_newton
    use taut_ode_stage_equations, only: plain_equations_t
    use taut_ode_step_control, only: step_control_t
    use taut_ode_stepper, only: work_t
-   use taut_ode_system, only: ode_system_t, rhs_ok, stage_equations_t
+   use taut_ode_system, only: no_trouble, not_converged, not_factorized, not_linearized, ode_system_t, rhs_not_solved, rhs_ok, &
+                              rhs_retry, stage_equations_t
    implicit none (type, external)
    private
    public :: newton_t, most_iterations, good_contraction
@@ -22,6 +23,14 @@ module taut_ode_newton
    !> An iteration whose corrections are this large, in units of the tolerance, has gone astray.
    real(wp), parameter :: hopeless = 1.0e30_wp
 
+   !> A state with its derivative and algebraic unknowns.
+   type :: place_t
+      real(wp) :: t = 0.0_wp
+      real(wp), allocatable :: y(:), ydot(:), z(:)
+   contains
+      procedure :: serialize => serialize_place
+   end type place_t
+
    !> The equations, the matrices for them, and how the iteration goes.
    type :: newton_t
       !> What is solved; allocated by `meet`.
@@ -34,24 +43,29 @@ module taut_ode_newton
       logical :: has_jacobian = .false., fresh = .false.
       !> Whether the equations hold something for the sake of the present step.
       logical :: yields = .false.
+      !> What went wrong last, and the entry of y that was the worst then.
+      integer, private :: trouble = no_trouble, worst = 0
       !> By how much the iteration is still off after its last correction, in units of that; the step of the factors.
       real(wp), private :: eta = 1.0_wp, h_factors = 0.0_wp
       real(wp), private :: change_before = 0.0_wp, tolerance = 0.0_wp
-      !> Where the Jacobian was built.
-      real(wp), private :: t_jacobian = 0.0_wp, h_jacobian = 0.0_wp
-      real(wp), allocatable, private :: y_jacobian(:), ydot_jacobian(:), z_jacobian(:)
+      !> Where the Jacobian was built, and where what of it costs little was brought since, if it was, and in this very step.
+      real(wp), private :: h_jacobian = 0.0_wp
+      type(place_t), private :: jacobian, refreshed
+      logical, private :: has_refreshed = .false., current = .false.
    contains
       procedure :: meet
-      procedure :: forget
+      procedure :: start
       procedure :: drop
       procedure :: restore
-      procedure :: renew
+      procedure :: prepare
+      procedure :: improve
       procedure :: yield
-      procedure :: factorize
       procedure :: begin
       procedure :: judge
       procedure :: accept
       procedure :: count
+      procedure :: blame
+      procedure :: explain
       procedure :: serialize
    end type newton_t
 
@@ -73,19 +87,47 @@ contains
          call plain%init(n)
          call move_alloc(plain, self%equations)
       end if
-      if (.not. allocated(self%y_jacobian)) &
-         allocate (self%y_jacobian(n), self%ydot_jacobian(n), self%z_jacobian(self%equations%n_z), source=0.0_wp)
+      call make_place(self%jacobian)
+      call make_place(self%refreshed)
+
+   contains
+
+      subroutine make_place(place)
+         type(place_t), intent(inout) :: place
+
+         if (.not. allocated(place%y)) allocate (place%y(n), place%ydot(n), place%z(self%equations%n_z), source=0.0_wp)
+      end subroutine make_place
+
    end subroutine meet
 
-   !> At a start: nothing is known of the steps before.
-   pure subroutine forget(self)
-      !> The iteration.
+   !> At a start: derivatives and algebraic unknowns there; nothing is known of the steps before.
+   subroutine start(self, ode, t, y, first, ydot, z, work, info)
+      !> The iteration, its equations met.
       class(newton_t), intent(inout) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Whether z is not known yet.
+      logical, intent(in) :: first
+      !> Its derivative: (n).
+      real(wp), intent(out), contiguous :: ydot(:)
+      !> Algebraic unknowns: (n_z).
+      real(wp), intent(inout), contiguous :: z(:)
+      !> Where it is counted.
+      type(work_t), intent(inout) :: work
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
 
+      call self%equations%start(ode, t, y, first, ydot, z, info)
+      self%trouble = merge(not_factorized, no_trouble, info == rhs_not_solved)
+      call self%count(work)
       call self%drop()
       self%contraction = 1.0_wp
       self%eta = 1.0_wp
-   end subroutine forget
+   end subroutine start
 
    !> The matrices do not serve any more.
    pure subroutine drop(self)
@@ -102,7 +144,7 @@ contains
       class(newton_t), intent(inout) :: self
       !> The system.
       class(ode_system_t), intent(inout) :: ode
-      !> As for `factorize`.
+      !> As for `prepare`.
       complex(wp), intent(in) :: nu(:)
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
@@ -112,16 +154,22 @@ contains
       counted = 0
       call ode%recount(counted, back=.false.)
       if (self%has_jacobian) then
-         call linearize_again(self, ode, info)
+         associate (of => self%jacobian)
+            call self%equations%linearize(ode, of%t, self%h_jacobian, of%y, of%ydot, of%z, info)
+         end associate
+         associate (of => self%refreshed)
+            if (info == rhs_ok .and. self%has_refreshed) &
+               call self%equations%refresh(ode, of%t, of%y, of%ydot, of%z, info)
+         end associate
          if (info == rhs_ok .and. abs(self%h_factors) > 0.0_wp) call factors(self, ode, self%h_factors, nu, info)
       end if
-      ! This work was counted before.
       self%equations%evaluations = 0
       call ode%recount(counted, back=.true.)
    end subroutine restore
 
-   !> A new Jacobian, at a state that the step passes through.
-   subroutine renew(self, ode, t, h, y, ydot, z, work, info)
+   !> The matrices for a step, at a state that it passes through: a new Jacobian where there is none, else with another step what
+   !! of it costs little.
+   subroutine prepare(self, ode, t, h, y, ydot, z, nu, work, info)
       !> The iteration.
       class(newton_t), intent(inout) :: self
       !> The system.
@@ -136,23 +184,78 @@ contains
       real(wp), intent(in), contiguous :: ydot(:)
       !> Algebraic unknowns: (n_z).
       real(wp), intent(in), contiguous :: z(:)
+      !> What d/dt is replaced by, times h: one without an imaginary part, and perhaps one with.
+      complex(wp), intent(in) :: nu(:)
       !> Where it is counted.
       type(work_t), intent(inout) :: work
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
 
-      self%t_jacobian = t
-      self%h_jacobian = h
-      self%y_jacobian(:) = y
-      self%ydot_jacobian(:) = ydot
-      self%z_jacobian(:) = z
-      call linearize_again(self, ode, info)
-      work%jacobians = work%jacobians + 1
-      self%has_jacobian = info == rhs_ok
-      self%fresh = .true.
-      self%yields = .false.
+      info = rhs_ok
+      if (.not. self%has_jacobian) then
+         call keep_place(self%jacobian)
+         self%h_jacobian = h
+         call self%equations%linearize(ode, t, h, y, ydot, z, info)
+         work%jacobians = work%jacobians + 1
+         self%has_jacobian = info == rhs_ok
+         self%fresh = .true.
+         self%yields = .false.
+         self%has_refreshed = .false.
+         self%h_factors = 0.0_wp
+      else if (abs(h - self%h_factors) > 0.0_wp .and. .not. self%yields) then
+         call keep_place(self%refreshed)
+         call self%equations%refresh(ode, t, y, ydot, z, info)
+         self%has_refreshed = .true.
+         self%current = .true.
+      end if
+      self%trouble = merge(no_trouble, not_linearized, info == rhs_ok)
+      if (info /= rhs_ok .or. abs(h - self%h_factors) <= 0.0_wp) return
+      call factors(self, ode, h, nu, info)
+      work%factorizations = work%factorizations + 1
+
+   contains
+
+      subroutine keep_place(place)
+         type(place_t), intent(inout) :: place
+
+         place%t = t
+         place%y(:) = y
+         place%ydot(:) = ydot
+         place%z(:) = z
+      end subroutine keep_place
+
+   end subroutine prepare
+
+   subroutine factors(self, ode, h, nu, info)
+      type(newton_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      real(wp), intent(in) :: h
+      complex(wp), intent(in) :: nu(:)
+      integer, intent(out) :: info
+      integer :: slot
+
+      do slot = 1, size(nu)
+         call self%equations%factorize(ode, slot, nu(slot)/h, info)
+         if (info == rhs_retry) info = rhs_not_solved
+         self%trouble = merge(no_trouble, not_factorized, info == rhs_ok)
+         if (info /= rhs_ok) exit
+      end do
+      self%h_factors = h
+   end subroutine factors
+
+   !> After an iteration that did not converge: makes `prepare` take better matrices, first what costs little, if the step has not
+   !! had them yet.
+   subroutine improve(self, possible)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> Whether there are better ones.
+      logical, intent(out) :: possible
+
+      possible = .not. self%fresh
+      if (.not. possible) return
+      if (self%current) self%has_jacobian = .false.
       self%h_factors = 0.0_wp
-   end subroutine renew
+   end subroutine improve
 
    !> Where an iteration has failed with a fresh Jacobian: whether the equations can hold what hampers it.
    subroutine yield(self, h, yields, info)
@@ -173,52 +276,6 @@ contains
       if (yields) self%h_factors = 0.0_wp
    end subroutine yield
 
-   !> The Jacobian where it was built.
-   subroutine linearize_again(self, ode, info)
-      type(newton_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      integer, intent(out) :: info
-
-      call self%equations%linearize(ode, self%t_jacobian, self%h_jacobian, self%y_jacobian, self%ydot_jacobian, &
-                                    self%z_jacobian, info)
-   end subroutine linearize_again
-
-   !> The factors for a step, unless they are there.
-   subroutine factorize(self, ode, h, nu, work, info)
-      !> The iteration, with a Jacobian.
-      class(newton_t), intent(inout) :: self
-      !> The system.
-      class(ode_system_t), intent(inout) :: ode
-      !> Step [s].
-      real(wp), intent(in) :: h
-      !> What d/dt is replaced by, times h: one without an imaginary part, and perhaps one with.
-      complex(wp), intent(in) :: nu(:)
-      !> Where it is counted.
-      type(work_t), intent(inout) :: work
-      !> One of the `rhs_` constants.
-      integer, intent(out) :: info
-
-      info = rhs_ok
-      if (abs(h - self%h_factors) <= 0.0_wp) return
-      call factors(self, ode, h, nu, info)
-      work%factorizations = work%factorizations + 1
-   end subroutine factorize
-
-   subroutine factors(self, ode, h, nu, info)
-      type(newton_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: h
-      complex(wp), intent(in) :: nu(:)
-      integer, intent(out) :: info
-      integer :: slot
-
-      do slot = 1, size(nu)
-         call self%equations%factorize(ode, slot, nu(slot)/h, info)
-         if (info /= rhs_ok) exit
-      end do
-      self%h_factors = h
-   end subroutine factors
-
    !> Before the first iteration of a step.
    pure subroutine begin(self, control)
       !> The iteration.
@@ -227,6 +284,7 @@ contains
       type(step_control_t), intent(in) :: control
 
       self%used = 0
+      self%trouble = no_trouble
       self%change_before = 0.0_wp
       self%tolerance = max(10.0_wp*epsilon(1.0_wp)/control%rtol, min(3.0e-3_wp, sqrt(control%rtol)))
    end subroutine begin
@@ -268,8 +326,13 @@ contains
       !> The iteration.
       class(newton_t), intent(inout) :: self
 
+      if (self%contraction > good_contraction) then
+         if (self%fresh .or. self%current) self%has_jacobian = .false.
+         self%h_factors = 0.0_wp
+      end if
+      if (self%yields) self%has_jacobian = .false.
       self%fresh = .false.
-      if (self%contraction > good_contraction .or. self%yields) self%has_jacobian = .false.
+      self%current = .false.
    end subroutine accept
 
    !> Takes over what the equations have counted.
@@ -283,6 +346,39 @@ contains
       self%equations%evaluations = 0
    end subroutine count
 
+   !> After an iteration that did not converge: what is to be named is the largest correction.
+   pure subroutine blame(self, control, correction, y0, y1)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> Norm of errors.
+      type(step_control_t), intent(in) :: control
+      !> The last correction, weighed: (n).
+      real(wp), intent(in), contiguous :: correction(:)
+      !> One state that sets the scale: (n).
+      real(wp), intent(in), contiguous :: y0(:)
+      !> Another one: (n).
+      real(wp), intent(in), contiguous :: y1(:)
+
+      self%trouble = not_converged
+      self%worst = control%largest(correction, y0, y1)
+   end subroutine blame
+
+   !> What went wrong, in words.
+   subroutine explain(self, ode, text)
+      !> The iteration.
+      class(newton_t), intent(in) :: self
+      !> The system, asked if it was not the iteration.
+      class(ode_system_t), intent(in) :: ode
+      !> One line, may be empty.
+      character(:), allocatable, intent(out) :: text
+
+      if (self%trouble == no_trouble .or. .not. allocated(self%equations)) then
+         call ode%failure(text)
+      else
+         call self%equations%explain(self%trouble, self%worst, text)
+      end if
+   end subroutine explain
+
    !> Passes what is remembered between two steps through an archive; `restore` builds the matrices again.
    subroutine serialize(self, archive)
       !> The iteration.
@@ -294,12 +390,26 @@ contains
       call archive%item('contraction', self%contraction)
       call archive%item('left by the iteration', self%eta)
       call archive%item('has Jacobian', self%has_jacobian)
-      call archive%item('time of the Jacobian', self%t_jacobian)
+      call archive%item('is fresh', self%fresh)
+      call archive%item('is current', self%current)
+      call archive%item('is refreshed', self%has_refreshed)
       call archive%item('step of the Jacobian', self%h_jacobian)
-      call archive%list('state of the Jacobian', self%y_jacobian)
-      call archive%list('derivative of the Jacobian', self%ydot_jacobian)
-      call archive%list('z of the Jacobian', self%z_jacobian)
+      call self%jacobian%serialize(archive)
+      call self%refreshed%serialize(archive)
       if (archive%reading .and. allocated(self%equations)) deallocate (self%equations)
    end subroutine serialize
+
+   !> Passes a state through an archive.
+   subroutine serialize_place(self, archive)
+      !> The state.
+      class(place_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call archive%item('time of a Jacobian', self%t)
+      call archive%list('state of a Jacobian', self%y)
+      call archive%list('derivative of a Jacobian', self%ydot)
+      call archive%list('z of a Jacobian', self%z)
+   end subroutine serialize_place
 
 end module taut_ode_newton

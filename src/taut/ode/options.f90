@@ -90,6 +90,9 @@ contains
                     'give a time in seconds, or 0 for an automatic one')
       if (self%step_control == 'fixed' .and. .not. self%first_step > 0.0_wp) &
          call raise(error, here, 'step_control = "fixed" without a step', 'set first_step to its length in seconds')
+      if (self%step_control == 'odepkg-2009' .and. any(self%integrator == [character(len=24) :: 'radau', 'generalized-alpha'])) &
+         call raise(error, here, 'step_control = "odepkg-2009" with integrator = "'//trim(self%integrator)//'"', &
+                    'use "standard" or "fixed": that test is of Dormand and Prince''s formulas')
       if (self%max_steps < 1) &
          call raise(error, here, 'max_steps = '//to_text(self%max_steps)//' is not positive', 'give a number of steps')
       if (.not. self%output_dt >= 0.0_wp) &

@@ -49,6 +49,7 @@ module taut_ode_step_control
       procedure, non_overridable :: renew
       procedure, non_overridable :: norm
       procedure, non_overridable :: cautious_start
+      procedure, non_overridable :: largest
       procedure, non_overridable :: decide
       procedure, non_overridable :: reduce
       procedure, non_overridable :: serialize
@@ -177,6 +178,30 @@ contains
          end do
       end if
    end function norm_of_part
+
+   !> Which entry of a vector is the largest in units of the tolerance.
+   pure integer function largest(self, d, y0, y1)
+      !> The controller.
+      class(step_control_t), intent(in) :: self
+      !> What is measured: (n).
+      real(wp), intent(in), contiguous :: d(:)
+      !> One state that sets the scale: (n).
+      real(wp), intent(in), contiguous :: y0(:)
+      !> Another one: (n).
+      real(wp), intent(in), contiguous :: y1(:)
+      real(wp) :: most, ratio
+      integer :: i
+
+      largest = 1
+      most = 0.0_wp
+      do i = 1, size(d)
+         ratio = abs(d(i))/(self%atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i))))
+         ! Also if it is not a number.
+         if (ratio <= most) cycle
+         most = ratio
+         largest = i
+      end do
+   end function largest
 
    !> Length of a first step where a state's derivative is all that is known: by which the state moves by a thousandth of itself.
    pure function cautious_start(self, ydot, y, longest) result(h)

@@ -54,6 +54,7 @@ module taut_ode_stepper
       procedure(dense_output), deferred :: interpolate
       procedure(pass), deferred :: serialize
       procedure :: integral_inside => cubic_integral
+      procedure :: failure => failure_of_system
       procedure, non_overridable :: evaluate
    end type stepper_t
 
@@ -226,6 +227,20 @@ contains
          ode%not_finite = findloc(ieee_is_finite(dydt), .false., 1)
       end if
    end subroutine evaluate
+
+   !> Why the last try has failed, in words: what the system says.
+   subroutine failure_of_system(self, ode, text)
+      !> The stepper.
+      class(stepper_t), intent(in) :: self
+      !> What is integrated.
+      class(ode_system_t), intent(in) :: ode
+      !> One line, may be empty.
+      character(:), allocatable, intent(out) :: text
+
+      call ode%failure(text)
+      associate (unused_stepper => self)
+      end associate
+   end subroutine failure_of_system
 
    !> Whether all entries are finite: whether the sum of their absolute values is, in which nothing that is not gets lost.
    pure logical function finite(n, values)

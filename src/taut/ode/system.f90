@@ -8,6 +8,7 @@ module taut_ode_system
    public :: ode_system_t, stage_equations_t
    public :: rhs_ok, rhs_retry, rhs_failed, rhs_no_projection, rhs_cannot, rhs_not_solved, rhs_not_finite
    public :: inside_step, step_end, evaluated_step_end
+   public :: no_trouble, not_linearized, not_factorized, not_converged
 
    !> What a right-hand side or a projection answers.
    !!
@@ -21,6 +22,10 @@ module taut_ode_system
    !> Where a state lies that is projected: inside a step or at none; at the end of a step; there, and the last call of the
    !! right-hand side was for this very state, so that what it found may be used again.
    integer, parameter :: inside_step = 1, step_end = 2, evaluated_step_end = 3
+
+   !> What of an implicit step went wrong: nothing; the derivatives could not be taken; the matrix is singular; Newton's iteration
+   !! did not converge.
+   integer, parameter :: no_trouble = 0, not_linearized = 1, not_factorized = 2, not_converged = 3
 
    !> y' = f(t, y). A system owns the workspace of its right-hand side: one object per thread.
    !!
@@ -90,11 +95,13 @@ module taut_ode_system
       procedure(start_equations), deferred :: start
       procedure(residual_of_stage), deferred :: residual
       procedure(linearize_equations), deferred :: linearize
+      procedure :: refresh => nothing_to_refresh
       procedure(factorize_equations), deferred :: factorize
       procedure(solve_equations), deferred :: solve
       procedure(multiply_derivative), deferred :: multiply
       procedure :: settle => nothing_to_settle
       procedure :: yield => nothing_to_yield
+      procedure :: explain => nothing_to_explain
    end type stage_equations_t
 
    abstract interface
@@ -226,6 +233,48 @@ module taut_ode_system
    end interface
 
 contains
+
+   !> Brings to another state what of the derivatives costs little, and leaves the rest as `linearize` has found it. The default
+   !! leaves all.
+   subroutine nothing_to_refresh(self, ode, t, y, ydot, z, info)
+      !> The equations, linearized.
+      class(stage_equations_t), intent(inout) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Its derivative: (n).
+      real(wp), intent(in), contiguous :: ydot(:)
+      !> Algebraic unknowns: (n_z).
+      real(wp), intent(in), contiguous :: z(:)
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+
+      info = rhs_ok
+      associate (unused_equations => self, unused_system => ode, unused_time => t, unused_state => y, unused_rate => ydot, &
+                 unused_others => z)
+      end associate
+   end subroutine nothing_to_refresh
+
+   !> What went wrong in an implicit step, in words. The default names the entry of the state.
+   subroutine nothing_to_explain(self, trouble, entry, text)
+      !> The equations.
+      class(stage_equations_t), intent(in) :: self
+      !> One of the constants, not `no_trouble`.
+      integer, intent(in) :: trouble
+      !> Entry of y with the largest correction of an iteration that did not converge.
+      integer, intent(in) :: entry
+      !> One line, may be empty.
+      character(:), allocatable, intent(out) :: text
+
+      text = ''
+      if (trouble == not_converged) text = 'the largest correction is that of y('//to_text(entry)//')'
+      if (trouble == not_factorized) text = 'its matrix is singular'
+      associate (unused_equations => self)
+      end associate
+   end subroutine nothing_to_explain
 
    !> Replaces a state by the one on the system's invariants. The default leaves it as it is.
    subroutine project_nothing(self, t, y, place, stale, info)

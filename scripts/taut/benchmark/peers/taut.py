@@ -17,12 +17,22 @@ METHODS = {
     "taut, stages as they are": "present-stage-none",
     "taut, Eq. (8)": "baseline",
 }
+# On problems that are stiff, implicit integrators as well.
+STIFF = {
+    "taut": "present",
+    "taut, Radau IIA": "present-radau",
+    "taut, generalized-alpha": "present-generalized-alpha",
+}
 # The problems that program/taut_benchmark.f90 has a model of, and what of its state the problem asks for.
 MODELS: dict[str, Callable[[int, Array], Array]] = {
     "pendulum": lambda _size, state: state,
     "chain": lambda _size, state: state,
     # Between two tips there is the center of the rod that joins them.
     "four-bar": lambda size, state: state.reshape(2, 2 * size + 1, 2)[:, ::2].ravel(),
+    # The body has an angle too.
+    "spring": lambda _size, state: state.reshape(2, 3)[:, :2].ravel(),
+    # Seven coordinates a node; a marker at every quarter.
+    "swing": lambda size, state: state[: 7 * (size + 1)].reshape(size + 1, 7)[:: size // 4, :2].ravel(),
 }
 # From this size on, a single tolerance.
 LARGE = 10000
@@ -53,7 +63,8 @@ def entrants(problem: Problem, size: int) -> Sequence[Entrant]:
         settings = problem.tolerances if size < LARGE else (1e-6,)
         return Entrant(label, "taut", settings, run)
 
-    return [entrant(label, method) for label, method in METHODS.items()]
+    methods = STIFF if problem.name in ("spring", "swing") else METHODS
+    return [entrant(label, method) for label, method in methods.items()]
 
 
 PEER = Peer("taut", version, entrants)

@@ -2,7 +2,8 @@
 !!
 !!     taut_benchmark PROBLEM SIZE METHOD RTOL ATOL MAX_STEP T_END SECONDS
 !!
-!! METHOD is a name of `method_names`; `-stage-none` behind it turns the projection of stages off. MAX_STEP [s] of 0 is
+!! METHOD is a name of `method_names`; `-stage-none` behind it turns the projection of stages off, `-radau` and
+!! `-generalized-alpha` take that integrator. MAX_STEP [s] of 0 is
 !! none. Runs are repeated until SECONDS of processor time are spent; with 0 there is one. Printed are a line of names, one
 !! of numbers (steps, right-hand sides, processor time of the fastest run [s]), and the last state {x; v}, a number a line.
 program taut_benchmark
@@ -10,9 +11,14 @@ program taut_benchmark
    use taut, only: wp, constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, method_t, raise, state_t, status_name, status_reached_end
    use taut_constrained_method_choose, only: new_constrained_ode
+   use taut_constrained_stepper_choose, only: choose_constrained_stepper
    use taut_model_chain, only: chain_t, new_chain
+   use taut_model_mechanism, only: mechanism_t
+   use taut_model_mechanism_builder, only: mechanism_builder_t
    use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
    use taut_model_pendulum, only: new_pendulum, pendulum_t
+   use taut_model_swing, only: new_swing_beam, swing_beam_t, swing_data_t
+   use taut_ode_stepper, only: stepper_t
    implicit none (type, external)
    !> A measured batch of runs takes at least this long [s]: clocks are coarse.
    real(wp), parameter :: shortest_batch = 1.0e-3_wp
@@ -44,6 +50,9 @@ contains
       type(chain_t), allocatable :: chain
       type(n_four_bar_t), allocatable :: loops
       type(pendulum_t), allocatable :: pendulum
+      type(mechanism_builder_t) :: builder
+      type(mechanism_t), allocatable :: spring
+      type(swing_beam_t), allocatable :: swing
 
       select case (name)
       case ('pendulum')
@@ -62,8 +71,22 @@ contains
          call new_n_four_bar(loops, size, 1.0_wp, 1.0_wp, gravity, error)
          if (.not. allocated(error)) call loops%start(0.0_wp, 1.0_wp, start)
          call move_alloc(loops, model)
+      case ('spring')
+         ! A mass of 1 kg at {1, 0} on a spring from the origin that is relaxed there.
+         allocate (spring)
+         builder%planar = .true.
+         builder%gravity = [0.0_wp, -gravity, 0.0_wp]
+         call builder%add_body('mass', mass=1.0_wp, inertia=[1.0_wp], position=[1.0_wp, 0.0_wp, 0.0_wp])
+         call builder%add_spring('ground', 'mass', point_1=[0.0_wp, 0.0_wp, 0.0_wp], stiffness=10.0_wp**size, free_length=1.0_wp)
+         call builder%complete(spring, start, error)
+         call move_alloc(spring, model)
+      case ('swing')
+         allocate (swing)
+         call new_swing_beam(swing, swing_data_t(elements=size), error)
+         if (.not. allocated(error)) start = swing%reference_state()
+         call move_alloc(swing, model)
       case default
-         call raise(error, 'command line', 'there is no problem "'//name//'"', 'use pendulum, chain or four-bar')
+         call raise(error, 'command line', 'there is no problem "'//name//'"', 'use pendulum, chain, four-bar, spring or swing')
       end select
    end subroutine new_problem
 
@@ -77,6 +100,8 @@ contains
       type(integration_result_t) :: result
       class(constrained_ode_t), allocatable :: ode
       type(integrator_t) :: integrator
+      class(stepper_t), allocatable :: stepper
+      character(len=24), parameter :: implicit(2) = [character(len=24) :: 'radau', 'generalized-alpha']
       real(wp), allocatable :: y(:), y_start(:)
       real(wp) :: batch_end, batch_start, best, spent, t
       integer :: i, k, repetitions
@@ -87,11 +112,18 @@ contains
          method%name = method_name(:i - 1)
          method%stage_projection = 'none'
       end if
+      do k = 1, 2
+         i = index(method%name, '-'//trim(implicit(k)))
+         if (i == 0) cycle
+         method%name = method%name(:i - 1)
+         options%integrator = implicit(k)
+      end do
       options%rtol = rtol
       options%atol = atol
       if (max_step > 0.0_wp) options%max_step = max_step
       call new_constrained_ode(ode, model, method, error)
-      if (.not. allocated(error)) call integrator%init(ode%size(), options, error)
+      if (.not. allocated(error)) call choose_constrained_stepper(options, method, stepper, error)
+      if (.not. allocated(error)) call integrator%init(ode%size(), options, error, stepper)
       if (allocated(error)) return
       allocate (y(ode%size()), y_start(ode%size()))
       call ode%pack(start, y_start)

@@ -66,6 +66,7 @@ module taut_constrained_stepper_generalized_alpha
       procedure :: prepare_dense
       procedure :: interpolate
       procedure :: serialize
+      procedure :: failure
    end type generalized_alpha_t
 
 contains
@@ -147,10 +148,8 @@ contains
       integer, intent(out) :: info
 
       call meet_system(self, ode)
-      call self%newton%equations%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, info)
+      call self%newton%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, self%work, info)
       self%integrand_behind = ode%integrand
-      call self%newton%count(self%work)
-      call self%newton%forget()
       self%rate(:) = self%ydot(self%n_x + 1:)
       self%a(:) = self%rate
       self%knows_z = info == rhs_ok
@@ -204,7 +203,7 @@ contains
       logical, intent(out) :: accepted
       !> `rhs_ok`, or why there is no new state.
       integer, intent(out) :: info
-      logical :: converged, stale
+      logical :: better, converged, stale
       real(wp) :: integrand
 
       accepted = .false.
@@ -219,9 +218,7 @@ contains
       end if
       do
          call predict(self, ode, t_new, y, h)
-         if (.not. self%newton%has_jacobian) &
-            call self%newton%renew(ode, t_new, h, self%y, self%ydot, self%z_new, self%work, info)
-         if (info == rhs_ok) call self%newton%factorize(ode, h, self%nu, self%work, info)
+         call self%newton%prepare(ode, t_new, h, self%y, self%ydot, self%z_new, self%nu, self%work, info)
          if (info /= rhs_ok) then
             call give_up(self, h, h_next)
             return
@@ -231,13 +228,17 @@ contains
          call self%newton%count(self%work)
          if (converged) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
-         if (self%newton%fresh .or. info /= rhs_ok) then
-            if (info == rhs_ok) info = rhs_not_solved
+         better = info == rhs_ok
+         if (better) call self%newton%improve(better)
+         if (.not. better) then
+            if (info == rhs_ok) then
+               info = rhs_not_solved
+               call self%newton%blame(control, self%error(:, 1), y, self%y)
+            end if
             call give_up(self, h, h_next)
             return
          end if
-         ! A fresh Jacobian first; a shorter step only if that does not help.
-         call self%newton%drop()
+         ! A shorter step only if better matrices do not help.
       end do
       y_new(:) = self%y
       if (control%fixed) then
@@ -474,6 +475,18 @@ contains
       y(:) = (1.0_wp + 2.0_wp*theta)*back**2*self%y_start + theta**2*(1.0_wp + 2.0_wp*back)*self%y_end + &
              theta*back*(back*self%ydot_start - theta*self%ydot_end)
    end subroutine interpolate
+
+   !> Why the last try has failed, in words.
+   subroutine failure(self, ode, text)
+      !> The stepper.
+      class(generalized_alpha_t), intent(in) :: self
+      !> What is integrated.
+      class(ode_system_t), intent(in) :: ode
+      !> One line, may be empty.
+      character(:), allocatable, intent(out) :: text
+
+      call self%newton%explain(ode, text)
+   end subroutine failure
 
    !> Passes what is remembered between two steps through an archive; matrices are built again from where they were built.
    subroutine serialize(self, archive)

@@ -97,6 +97,7 @@ module taut_ode_stepper_radau
       procedure :: interpolate
       procedure :: integral_inside
       procedure :: serialize
+      procedure :: failure
    end type radau_t
 
 contains
@@ -148,10 +149,8 @@ contains
       integer, intent(out) :: info
 
       call meet_system(self, ode)
-      call self%newton%equations%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, info)
+      call self%newton%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, self%work, info)
       self%integrand_behind = ode%integrand
-      call self%newton%count(self%work)
-      call self%newton%forget()
       self%knows_z = info == rhs_ok
       self%has_history = .false.
       self%rejected = .false.
@@ -207,7 +206,7 @@ contains
       !> `rhs_ok`, or why there is no new state.
       integer, intent(out) :: info
       integer :: i
-      logical :: converged, stale, yields
+      logical :: better, converged, stale, yields
 
       accepted = .false.
       h_next = h
@@ -226,13 +225,17 @@ contains
             call self%newton%yield(h, yields, info)
             if (yields .and. info == rhs_ok) cycle
          end if
-         if (self%newton%fresh .or. info /= rhs_ok) then
-            if (info == rhs_ok) info = rhs_not_solved
+         better = info == rhs_ok
+         if (better) call self%newton%improve(better)
+         if (.not. better) then
+            if (info == rhs_ok) then
+               info = rhs_not_solved
+               call self%newton%blame(control, self%work_y, y, self%state)
+            end if
             call give_up(self, h, h_next)
             return
          end if
-         ! A fresh Jacobian first; a shorter step only if that does not help.
-         call self%newton%drop()
+         ! A shorter step only if better matrices do not help.
       end do
       do i = 1, self%n
          y_new(i) = y(i) + self%y_stage(i, 3)
@@ -287,17 +290,14 @@ contains
          if (info /= rhs_ok) return
       end if
       call predict(self, h)
-      if (.not. self%newton%has_jacobian) then
-         ! At the predicted second stage, in the middle of the step.
-         self%state(:) = y + self%y_stage(:, 2)
-         call combine(self%y_stage, d(2, :)/h, self%rate)
-         call self%newton%renew(ode, t + c(2)*h, h, self%state, self%rate, self%z_stage(:, 2), self%work, info)
-         if (info /= rhs_ok) return
-      end if
+      ! At the predicted second stage, in the middle of the step.
+      self%state(:) = y + self%y_stage(:, 2)
+      call combine(self%y_stage, d(2, :)/h, self%rate)
+      call self%newton%prepare(ode, t + c(2)*h, h, self%state, self%rate, self%z_stage(:, 2), nu, self%work, info)
+      if (info /= rhs_ok) return
       do i = 1, 3
          call self%newton%equations%settle(self%z, self%z_stage(:, i))
       end do
-      call self%newton%factorize(ode, h, nu, self%work, info)
    end subroutine get_matrices
 
    !> Prepares a shorter try after one without a result.
@@ -559,6 +559,18 @@ contains
       value = h*theta/6.0_wp*dot_product(through_stages(0.0_wp) + 4.0_wp*through_stages(0.5_wp*theta) + through_stages(theta), &
                                          self%integrand)
    end function integral_inside
+
+   !> Why the last try has failed, in words.
+   subroutine failure(self, ode, text)
+      !> The stepper.
+      class(radau_t), intent(in) :: self
+      !> What is integrated.
+      class(ode_system_t), intent(in) :: ode
+      !> One line, may be empty.
+      character(:), allocatable, intent(out) :: text
+
+      call self%newton%explain(ode, text)
+   end subroutine failure
 
    !> Passes what is remembered between two steps through an archive; matrices are built again from where they were built.
    subroutine serialize(self, archive)
