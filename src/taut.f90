@@ -42,7 +42,7 @@ module taut
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_system_automatic, only: automatic_system_t, jet_state_t
-   use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
+   use taut_constrained_system_tables, only: name_length, quantity_t, tabulated_system_t
    use taut_constrained_method_options, only: method_t, method_names
    use taut_constrained_projection, only: projector_t
    use taut_constrained_start, only: consistent_start, start_report_t
@@ -91,7 +91,8 @@ module taut
    public :: quaternion_product, quaternion_conjugate, quaternion_rate, quaternion_body_rate, quaternion_normalized
    public :: quaternion_of_vector, vector_of_quaternion, matrix_of_quaternion, quaternion_of_matrix, quaternion_of_axes
    public :: wp, error_t, raise, version
-   public :: automatic_system_t, jet_state_t, mechanical_system_t, tabulated_system_t, state_t, quantity_t, block_diagonal_t
+   public :: automatic_system_t, jet_state_t, mechanical_system_t, tabulated_system_t, state_t, quantity_t, name_length
+   public :: block_diagonal_t
    public :: new_ritz, ritz_t
    public :: simulation_t, archive_t, pause_t
    public :: simulate, method_t, method_names, integration_options_t, integration_result_t

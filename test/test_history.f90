@@ -2,7 +2,7 @@
 module test_history
    use systems, only: jumping_load, new_particle, particle_t
    use taut, only: automatic_system_t, error_t, history_t, integration_options_t, integration_result_t, jet_state_t, jet_t, &
-                   operator(*), operator(-), hypot, simulate, state_t, status_event, status_too_many_steps, wp
+                   name_length, operator(*), operator(-), hypot, simulate, state_t, status_event, status_too_many_steps, wp
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -72,7 +72,7 @@ contains
    function output_name(self, i) result(name)
       class(watched_t), intent(in) :: self
       integer, intent(in) :: i
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = trim(merge('kinetic', 'tension', i == 1))
       associate (unused_system => self)

@@ -3,7 +3,7 @@ module test_ritz
    use closed_forms, only: pendulum_motion
    use systems, only: compound_t, new_compound, new_particle, particle_t, two_rods
    use taut, only: consistent_start, constrained_ode_t, error_t, finding_t, integration_options_t, integration_result_t, method_t, &
-                   new_ritz, ritz_t, sample_t, simulate, start_report_t, state_t, verify, wp
+                   name_length, new_ritz, ritz_t, sample_t, simulate, start_report_t, state_t, verify, wp
    use taut_constrained_model_events, only: model_events_t
    use taut_model_helicopter, only: helicopter_data_t, helicopter_t, new_helicopter
    use taut_model_pendulum, only: new_pendulum, pendulum_t
@@ -179,7 +179,7 @@ contains
    function bottom_name(self, i) result(name)
       class(watched_t), intent(in) :: self
       integer, intent(in) :: i
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = 'bottom'
       associate (unused_system => self, unused_index => i)

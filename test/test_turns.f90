@@ -262,7 +262,7 @@ contains
       call builder%complete(mechanism, at, error)
       call no_error(failure, error)
       if (allocated(failure)) return
-      name = mechanism%x_name(8)
+      name = trim(mechanism%x_name(8))
       call check(failure, name == 'pin.angle', name)
       met = 0
       do i = 1, mechanism%n_outputs

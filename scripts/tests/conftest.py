@@ -29,6 +29,15 @@ def pytest_configure() -> None:
 
 
 @pytest.fixture(scope="session")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where taut is installed for others to use."""
+    folder = tmp_path_factory.mktemp("installed")
+    done = subprocess.run([ROOT / "scripts/install", folder], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+@pytest.fixture(scope="session")
 def root() -> Path:
     return ROOT
 

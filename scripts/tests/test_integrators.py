@@ -56,14 +56,6 @@ def rows(text: str) -> Iterator[Row]:
 
 
 @pytest.fixture(scope="session")
-def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the library is installed for others to use."""
-    folder = tmp_path_factory.mktemp("taut")
-    called("fpm", "install", "--profile", "release", "--prefix", folder)
-    return folder
-
-
-@pytest.fixture(scope="session")
 def with_sundials(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], str]:
     """Compiles an example against SUNDIALS' Fortran interface, and returns what it prints."""
     if not SUNDIALS.is_dir():
@@ -79,7 +71,7 @@ def with_sundials(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> 
         libraries = [*interfaces, f"sundials_{name}", "sundials_nvecserial"]
         called(
             *("gfortran", "-std=f2018", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC"),
-            *("-I", installed / "include", "-I", SUNDIALS),
+            *("-I", installed / "include/taut", "-I", SUNDIALS),
             *files,
             EXAMPLES / f"sundials/{name}.f90",
             *("-L", installed / "lib", "-ltaut", "-llapack", "-lblas"),

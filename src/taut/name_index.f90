@@ -74,8 +74,8 @@ contains
       class(name_index_t), intent(in) :: self
       !> The name as written.
       character(*), intent(in) :: name
-      !> One of those that there are, or nothing.
-      character(:), allocatable :: meant
+      !> One of those that there are, or nothing; no longer than a name may be to have been meant.
+      character(len=len(name) + len(name)/3 + 1) :: meant
       character(:), allocatable :: known(:)
       integer :: i, longest
 

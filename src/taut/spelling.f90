@@ -13,7 +13,7 @@ contains
       !> Those that there are; blank ones do not count.
       character(*), intent(in) :: known(:)
       !> One of them, or nothing.
-      character(:), allocatable :: meant
+      character(len=len(known)) :: meant
       integer :: best, distance, i
 
       meant = ''
@@ -24,7 +24,7 @@ contains
          distance = edits(trim(name), trim(known(i)))
          if (distance >= min(best, len_trim(name))) cycle
          best = distance
-         meant = trim(known(i))
+         meant = known(i)
       end do
    end function nearest_name
 

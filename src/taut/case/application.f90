@@ -85,7 +85,7 @@ contains
       type(declared_t), allocatable :: groups(:)
       type(archive_t) :: checkpoint
       type(run_options_t) :: options
-      character(:), allocatable :: case_text
+      character(:), allocatable :: case_text, text
       logical :: all_ended, interrupted
       integer :: i
 
@@ -132,7 +132,10 @@ contains
          options = run_options_t(app, line%out//'/'//files(i)%name, line%quiet, line%checkpoint)
          if (allocated(line%restart)) options%folder = folder_of(line%restart)
          associate (job => jobs(i))
-            if (.not. line%quiet) call tell(files(i)%name, job%model%describe())
+            if (.not. line%quiet) then
+               call job%model%describe(text)
+               call tell(files(i)%name, text)
+            end if
             call make_folder(options%folder)
             call kind%write_beside(files(i), job%model, options%folder, error)
             if (failed()) return

@@ -115,7 +115,7 @@ contains
          if (i > 1) remedy = remedy//', '
          remedy = remedy//declared(i)%name
       end do
-      meant = nearest_name(self%from%entries(k)%base, names)
+      meant = trim(nearest_name(self%from%entries(k)%base, names))
       if (len(meant) > 0) remedy = 'did you mean '//meant//'? The'//remedy(4:)
       call raise(self%error, self%from%place(self%path, self%from%entries(k)%line), &
                  'there is no entry '//self%from%entries(k)%name, remedy)
@@ -558,7 +558,7 @@ contains
                                               'put a text between quotation marks')
       if (present(choices)) then
          if (.not. any(choices == word%text)) then
-            meant = nearest_name(word%text, choices)
+            meant = trim(nearest_name(word%text, choices))
             remedy = 'use one of '//choice_list(choices)
             if (len(meant) > 0) remedy = 'did you mean "'//meant//'"? U'//remedy(2:)
             call self%refuse(k, 'is unknown', remedy)

@@ -313,7 +313,7 @@ contains
       if (size(self%groups) == 0) call raise(error, self%path, 'the case file has no group', 'the groups are '//known)
       do i = 1, size(self%groups)
          if (.not. any(names == self%groups(i)%name)) then
-            meant = nearest_name(self%groups(i)%name, names)
+            meant = trim(nearest_name(self%groups(i)%name, names))
             remedy = 'the groups are '//known
             if (len(meant) > 0) remedy = 'did you mean &'//meant//'? T'//remedy(2:)
             call raise(error, self%path//':'//to_text(self%groups(i)%line), 'there is no group &'//self%groups(i)%name//' here', &

@@ -120,7 +120,7 @@ contains
          do i = 1, size(self%wanted)
             names(i) = column_name(model, i)
          end do
-         meant = nearest_name(columns(j), names)
+         meant = trim(nearest_name(columns(j), names))
          if (len(meant) > 0) meant = 'did you mean "'//meant//'"? Or '
          call raise(error, '&output', 'there is no column "'//trim(columns(j))//'"', &
                     meant//'take names from the first line of a result with all columns; * stands for any characters')
@@ -150,12 +150,12 @@ contains
          return
       end if
       if (j <= model%n_x) then
-         name = model%x_name(j)
+         name = trim(model%x_name(j))
          return
       end if
       j = j - model%n_x
       if (j <= model%n) then
-         name = model%v_name(j)
+         name = trim(model%v_name(j))
          return
       end if
       j = j - model%n
@@ -180,7 +180,7 @@ contains
       end if
       j = j - model%c
       name = 'rank'
-      if (j > 1) name = model%output_name(j - 1)
+      if (j > 1) name = trim(model%output_name(j - 1))
    end function column_name
 
    !> A name with its number, which is left out if there is only one.

@@ -302,7 +302,7 @@ contains
       real(wp) :: seconds_before
       character(:), allocatable :: diagnosis
       character(len=200) :: line
-      character(:), allocatable :: balance, blows
+      character(:), allocatable :: balance, blows, own
       integer :: i
 
       interrupted = .false.
@@ -374,7 +374,7 @@ contains
          end if
          if (allocated(result%events)) then
             do i = 1, size(result%events)
-               event_rows = event_rows//chosen%label//','//model%event_name(result%events(i)%index)//','// &
+               event_rows = event_rows//chosen%label//','//trim(model%event_name(result%events(i)%index))//','// &
                             trim(number_text(result%events(i)%t))//line_end
             end do
          end if
@@ -399,7 +399,8 @@ contains
          call fields%add(recorder%min_rank)
          call recorder%balance%remark(settings%options, result, settings%t_start, balance)
          call simulation%ode%remark(blows)
-         call fields%add(joined(joined(joined(model%note(), blows), balance), said(result)))
+         call model%note(own)
+         call fields%add(joined(joined(joined(own, blows), balance), said(result)))
          call fields%add(progress%seconds)
          call fields%add(blas_text())
          row = fields%letters(:fields%used)//line_end

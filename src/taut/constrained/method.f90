@@ -30,7 +30,7 @@ module taut_constrained_method
    use taut_constrained_projection, only: projector_t
    use taut_constrained_reactions, only: power_of_reactions, reactions_t
    use taut_constrained_system, only: mechanical_system_t, state_t
-   use taut_constrained_system_tables, only: tabulated_system_t
+   use taut_constrained_system_tables, only: name_length, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_ode_system, only: inside_step, ode_system_t, rhs_ok
    implicit none (type, external)
@@ -525,9 +525,9 @@ contains
          call self%model%force(self%at, force)
          if (.not. all(ieee_is_finite(force))) then
             i = findloc(ieee_is_finite(force), .false., 1)
-            text = 'the force on '//velocity_name()
+            text = 'the force on '//trim(velocity_name())
          else
-            text = 'the acceleration of '//velocity_name()
+            text = 'the acceleration of '//trim(velocity_name())
          end if
       else if (i <= 0) then
          text = 'the rate of coordinate '//to_text(entry)
@@ -538,7 +538,7 @@ contains
    contains
 
       function velocity_name() result(name)
-         character(:), allocatable :: name
+         character(len=name_length) :: name
 
          name = 'velocity '//to_text(i)
          select type (model => self%model)

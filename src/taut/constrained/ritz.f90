@@ -10,7 +10,7 @@ module taut_constrained_ritz
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: is_not_supplied, mechanical_system_t, not_supplied, state_t
-   use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
+   use taut_constrained_system_tables, only: name_length, quantity_t, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_pseudo_inverse, only: pseudo_inverse_t
    implicit none (type, external)
@@ -319,7 +319,7 @@ contains
       !> Index of the output.
       integer, intent(in) :: i
       !> Without commas and blanks.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = ''
       select type (full => self%full)
@@ -361,32 +361,32 @@ contains
    end function quantities
 
    !> What people are told of the full system before a run.
-   function describe(self) result(text)
+   subroutine describe(self, text)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
       !> Lines with their ends.
-      character(:), allocatable :: text
+      character(:), allocatable, intent(out) :: text
 
       text = ''
       select type (full => self%full)
       class is (tabulated_system_t)
-         text = full%describe()
+         call full%describe(text)
       end select
-   end function describe
+   end subroutine describe
 
    !> What a reader of results has to know of the full system.
-   function note(self) result(text)
+   subroutine note(self, text)
       !> The reduced system.
       class(ritz_t), intent(in) :: self
       !> One line without commas.
-      character(:), allocatable :: text
+      character(:), allocatable, intent(out) :: text
 
       text = ''
       select type (full => self%full)
       class is (tabulated_system_t)
-         text = full%note()
+         call full%note(text)
       end select
-   end function note
+   end subroutine note
 
    !> Name of an event of the full system.
    function event_name(self, i) result(name)
@@ -395,7 +395,7 @@ contains
       !> Index of the event.
       integer, intent(in) :: i
       !> Without commas and blanks.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = ''
       select type (full => self%full)

@@ -341,7 +341,8 @@ contains
       !> One of the `path_` constants.
       integer, intent(in) :: path
       !> A word or two.
-      character(:), allocatable :: name
+      character(len=merge(8, merge(15, merge(6, 4, path == path_pivots), path == path_singular_values), &
+                          path == path_cholesky)) :: name
 
       select case (path)
       case (path_cholesky)

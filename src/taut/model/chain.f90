@@ -6,6 +6,7 @@ module taut_model_chain
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: name_length
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_plane_rods, only: plane_rods_t
    implicit none (type, external)
@@ -244,7 +245,7 @@ contains
       !> Index of the coordinate.
       integer, intent(in) :: i
       !> The name.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = merge('x', 'z', mod(i, 2) == 1)//to_text((i + 1)/2)
       associate (unused_chain => self)

@@ -4,7 +4,7 @@ module taut_model_helicopter
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
+   use taut_constrained_system_tables, only: name_length, quantity_t, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
@@ -346,7 +346,7 @@ contains
       !> 1 or 2.
       integer, intent(in) :: i
       !> The name.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = 'beta'
       if (i == 2) name = 'theta'
@@ -361,9 +361,9 @@ contains
       !> 1 or 2.
       integer, intent(in) :: i
       !> The name.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
-      name = self%x_name(i)//'_rate'
+      name = trim(self%x_name(i))//'_rate'
    end function v_name
 
    !> link_force.
@@ -373,7 +373,7 @@ contains
       !> 1.
       integer, intent(in) :: i
       !> The name.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = 'link_force'
       associate (unused_blade => self, unused_index => i)

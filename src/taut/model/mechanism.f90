@@ -6,7 +6,7 @@ module taut_model_mechanism
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
+   use taut_constrained_system_tables, only: name_length, quantity_t, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_beam_element, only: beam_element_t
    use taut_model_mechanism_body, only: body_t, entry_of_velocity, pose_t, velocities_of_kind
@@ -539,7 +539,7 @@ module taut_model_mechanism
          !> Index of the coordinate.
          integer, intent(in) :: i
          !> The name.
-         character(:), allocatable :: name
+         character(len=name_length) :: name
       end function x_name
 
       !> Such as rod1.vx or rod1.wx (body axes).
@@ -549,7 +549,7 @@ module taut_model_mechanism
          !> Index of the velocity.
          integer, intent(in) :: i
          !> The name.
-         character(:), allocatable :: name
+         character(len=name_length) :: name
       end function v_name
 
       !> Such as tip.x, hinge.fx, hinge.m3 or hinge.angle.
@@ -559,7 +559,7 @@ module taut_model_mechanism
          !> Index of the output.
          integer, intent(in) :: i
          !> The name.
-         character(:), allocatable :: name
+         character(len=name_length) :: name
       end function output_name
 
       !> Positions of points; reactions, angles and displacements of joints.
@@ -593,20 +593,20 @@ module taut_model_mechanism
       end function quantities
 
       !> What was found out at the start, for people.
-      module function describe(self) result(text)
+      module subroutine describe(self, text)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
          !> Lines with their ends.
-         character(:), allocatable :: text
-      end function describe
+         character(:), allocatable, intent(out) :: text
+      end subroutine describe
 
       !> Whether there are reactions that are not unique.
-      module function note(self) result(text)
+      module subroutine note(self, text)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
          !> One line without commas.
-         character(:), allocatable :: text
-      end function note
+         character(:), allocatable, intent(out) :: text
+      end subroutine note
 
       !> Name of an event.
       module function event_name(self, i) result(name)
@@ -615,7 +615,7 @@ module taut_model_mechanism
          !> Index of the event.
          integer, intent(in) :: i
          !> The name.
-         character(:), allocatable :: name
+         character(len=name_length) :: name
       end function event_name
 
       !> What is watched less its value.

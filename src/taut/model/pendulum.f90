@@ -3,6 +3,7 @@ module taut_model_pendulum
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: name_length
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_plane_rods, only: plane_rods_t
    implicit none (type, external)
@@ -170,7 +171,7 @@ contains
       !> 1 or 2.
       integer, intent(in) :: i
       !> The name.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = merge('x', 'z', i == 1)
       associate (unused_pendulum => self)

@@ -2,7 +2,7 @@
 module taut_model_plane_rods
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_system_tables, only: tabulated_system_t
+   use taut_constrained_system_tables, only: name_length, tabulated_system_t
    implicit none (type, external)
    private
    public :: plane_rods_t
@@ -51,9 +51,9 @@ contains
       !> Index of the velocity.
       integer, intent(in) :: i
       !> Such as vx1.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
-      name = 'v'//self%x_name(i)
+      name = 'v'//trim(self%x_name(i))
    end function v_name
 
 end module taut_model_plane_rods

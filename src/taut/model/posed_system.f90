@@ -5,6 +5,7 @@ module taut_model_posed_system
    use taut_error, only: to_text
    use taut_constrained_system, only: state_t
    use taut_constrained_system_automatic, only: automatic_system_t, jet_state_t
+   use taut_constrained_system_tables, only: name_length
    use taut_jet, only: jet_t, quaternion_rate
    use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity
    implicit none (type, external)
@@ -152,13 +153,13 @@ contains
       !> Index of the coordinate.
       integer, intent(in) :: i
       !> Such as x1 or qa1; q1, q2, ... for coordinates beyond the poses.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       if (i > 7*self%poses) then
          name = 'q'//to_text(i - 7*self%poses)
       else
          name = trim(x_letters(1 + mod(i - 1, 7)))
-         if (self%numbered) name = name//to_text(1 + (i - 1)/7)
+         if (self%numbered) name = trim(name)//to_text(1 + (i - 1)/7)
       end if
    end function x_name
 
@@ -169,13 +170,13 @@ contains
       !> Index of the velocity.
       integer, intent(in) :: i
       !> Such as vx1 or wx1; vq1, vq2, ... for velocities beyond the poses.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       if (i > 6*self%poses) then
          name = 'vq'//to_text(i - 6*self%poses)
       else
          name = v_letters(1 + mod(i - 1, 6))
-         if (self%numbered) name = name//to_text(1 + (i - 1)/6)
+         if (self%numbered) name = trim(name)//to_text(1 + (i - 1)/6)
       end if
    end function v_name
 
@@ -234,7 +235,7 @@ contains
       !> Index of the output.
       integer, intent(in) :: i
       !> Such as Ax.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = self%markers((i + 2)/3)%name//trim(x_letters(1 + mod(i - 1, 3)))
    end function output_name
@@ -265,7 +266,7 @@ contains
       !> Index of the event.
       integer, intent(in) :: i
       !> The name.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = self%alignments(i)%name
    end function event_name

@@ -22,12 +22,10 @@ module taut_ode_note
 
 contains
 
-   !> The note in words.
-   function text(self)
-      !> The note.
+   !> The note in words, padded with blanks.
+   pure function padded(self) result(text)
       class(note_t), intent(in) :: self
-      !> One line without commas.
-      character(:), allocatable :: text
+      character(len=200) :: text
 
       select case (self%code)
       case (note_bound_by_stability)
@@ -41,6 +39,16 @@ contains
       case default
          text = ''
       end select
+   end function padded
+
+   !> The note in words.
+   pure function text(self)
+      !> The note.
+      class(note_t), intent(in) :: self
+      !> One line without commas.
+      character(len=len_trim(padded(self))) :: text
+
+      text = padded(self)
    end function text
 
 end module taut_ode_note

@@ -24,9 +24,9 @@ contains
       !> One of the `status_` constants.
       integer, intent(in) :: status
       !> One word.
-      character(:), allocatable :: name
+      character(len=len_trim(names(status))) :: name
 
-      name = trim(names(status))
+      name = names(status)
    end function status_name
 
 end module taut_ode_status

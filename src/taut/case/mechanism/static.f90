@@ -211,11 +211,11 @@ contains
       call table%create(out//'/'//file%name//'/equilibrium.csv', error)
       if (.not. allocated(error)) call table%put('name,value', error)
       do i = 1, case%model%n_x - case%model%n_counters
-         if (.not. allocated(error)) call table%put(case%model%x_name(i)//','//trim(number_text(case%at%x(i))), error)
+         if (.not. allocated(error)) call table%put(trim(case%model%x_name(i))//','//trim(number_text(case%at%x(i))), error)
       end do
       call case%model%outputs(case%at, case%found%lambda, outputs)
       do i = 1, size(outputs)
-         if (.not. allocated(error)) call table%put(case%model%output_name(i)//','//trim(number_text(outputs(i))), error)
+         if (.not. allocated(error)) call table%put(trim(case%model%output_name(i))//','//trim(number_text(outputs(i))), error)
       end do
       shown = 0
       if (case%analysis%kind == 'modes') then
@@ -223,7 +223,7 @@ contains
          if (.not. allocated(error)) call modes%create(out//'/'//file%name//'/modes.csv', error)
          row = 'mode,frequency,growth,damping_ratio'
          do i = 1, case%model%n
-            row = row//','//case%model%v_name(i)
+            row = row//','//trim(case%model%v_name(i))
          end do
          if (.not. allocated(error)) call modes%put(row, error)
          do j = 1, shown

@@ -7,7 +7,11 @@ module taut_constrained_system_tables
    use taut_constrained_system_stiff, only: stiff_system_t
    implicit none (type, external)
    private
-   public :: tabulated_system_t, quantity_t
+   public :: tabulated_system_t, quantity_t, name_length
+
+   !> Length of the names of coordinates, velocities, outputs and events, padded with blanks: results of deferred length would be
+   !! kept in static memory, which threads share.
+   integer, parameter :: name_length = 128
 
    !> A number that a system knows about itself, for tables and drawings.
    type :: quantity_t
@@ -25,8 +29,8 @@ module taut_constrained_system_tables
       integer :: n_outputs = 0
       !> Functions of the state whose sign changes are events.
       integer :: n_events = 0
-      !> Of each of them: 1 for sign changes upward, -1 downward, 0 both; not allocated: both. Whether an integration stops there; not
-      !! allocated: nowhere. (n_events)
+      !> Of each of them: 1 for sign changes upward, -1 downward, 0 both; not allocated: both. Whether an integration stops there;
+      !! not allocated: nowhere. (n_events)
       integer, allocatable :: event_direction(:)
       logical, allocatable :: event_terminal(:)
       !> Whether it is an event at the start already that a function has the sign behind one; not allocated: of none. (n_events)
@@ -56,7 +60,7 @@ contains
       !> Index of the coordinate.
       integer, intent(in) :: i
       !> Without commas and blanks.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = 'x'//to_text(i)
       associate (unused_system => self)
@@ -70,7 +74,7 @@ contains
       !> Index of the velocity.
       integer, intent(in) :: i
       !> Without commas and blanks.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = 'v'//to_text(i)
       associate (unused_system => self)
@@ -84,7 +88,7 @@ contains
       !> Index of the output.
       integer, intent(in) :: i
       !> Without commas and blanks.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = 'output'//to_text(i)
       associate (unused_system => self)
@@ -122,16 +126,16 @@ contains
 
    !> `describe`: what people are told before a run, lines with their ends; `note`: what a reader of the results has to know, one
    !! line without commas for their summary. The default is nothing.
-   function no_text(self) result(text)
+   subroutine no_text(self, text)
       !> The system.
       class(tabulated_system_t), intent(in) :: self
       !> The text.
-      character(:), allocatable :: text
+      character(:), allocatable, intent(out) :: text
 
       text = ''
       associate (unused_system => self)
       end associate
-   end function no_text
+   end subroutine no_text
 
    !> What a system has to say where an integration did not get on; the default is nothing.
    subroutine nothing_to_say(self, at, text)
@@ -154,7 +158,7 @@ contains
       !> Index of the event.
       integer, intent(in) :: i
       !> Without commas and blanks.
-      character(:), allocatable :: name
+      character(len=name_length) :: name
 
       name = 'event'//to_text(i)
       associate (unused_system => self)

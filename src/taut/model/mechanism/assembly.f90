@@ -59,7 +59,7 @@ contains
       end do
       if (found) return
       do b = 1, size(model%bodies)
-         meant = nearest_name(name(:merge(dot - 1, len(name), dot > 0)), [model%bodies(b)%name])
+         meant = trim(nearest_name(name(:merge(dot - 1, len(name), dot > 0)), [model%bodies(b)%name]))
          if (len(meant) > 0) exit
       end do
       if (len(meant) > 0) meant = 'did you mean "'//meant//'"? Else '

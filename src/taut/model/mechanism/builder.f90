@@ -466,7 +466,7 @@ contains
          call raise(self%error, '', what//' is not given', 'name a body, a point or "ground"')
       else
          call raise(self%error, '', what//' = "'//trim(name)//'": there is no body or point of this name', &
-                    suggestion(self%anchor_names, name, 'ground')//'name '//trim(self%words%anchors))
+                    trim(suggestion(self%anchor_names, name, 'name '//trim(self%words%anchors), 'ground')))
       end if
    end subroutine find_anchor
 
@@ -484,7 +484,7 @@ contains
       if (len_trim(name) == 0) return
       number = self%function_names%find(name)
       if (number == 0) call raise(self%error, '', what//' = "'//trim(name)//'": there is no function of this name', &
-                                  suggestion(self%function_names, name)//trim(self%words%add))
+                                  trim(suggestion(self%function_names, name, self%words%add)))
    end function find_function
 
    !> Number of a joint; 0 if there is none.
@@ -498,21 +498,22 @@ contains
 
       number = self%joint_names%find(name)
       if (number == 0) call raise(self%error, '', what//' = "'//trim(name)//'": there is no joint of this name', &
-                                  suggestion(self%joint_names, name)//trim(self%words%add))
+                                  trim(suggestion(self%joint_names, name, self%words%add)))
    end function find_joint
 
    !> What may have been meant, before what else to do.
-   function suggestion(names, name, further) result(text)
+   function suggestion(names, name, rest, further) result(text)
       type(name_index_t), intent(in) :: names
-      character(*), intent(in) :: name
+      character(*), intent(in) :: name, rest
       !> One more name that there is.
       character(*), intent(in), optional :: further
-      character(:), allocatable :: meant, text
+      character(len=len(name) + len(name)/3 + len(rest) + 24) :: text
+      character(len=len(name) + len(name)/3 + 1) :: meant
 
       meant = names%nearest_to(name)
-      if (len(meant) == 0 .and. present(further)) meant = nearest_name(name, [further])
-      text = ''
-      if (len(meant) > 0) text = 'did you mean "'//meant//'"? Or '
+      if (meant == '' .and. present(further)) meant = nearest_name(name, [further])
+      text = rest
+      if (meant /= '') text = 'did you mean "'//trim(meant)//'"? Or '//rest
    end function suggestion
 
    !> Where a body is at the start.

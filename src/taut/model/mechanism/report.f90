@@ -63,9 +63,10 @@ contains
       call add('rank', real(rank, wp), '1')
       call add('degrees_of_freedom', real(report%freedoms, wp), '1')
       call add('redundant_constraints', real(redundant, wp), '1')
-      report%text = counted(size(model%bodies), 'body', 'bodies')//', '//counted(size(model%joints), 'joint', 'joints')//': '// &
-                    to_text(model%n)//' velocities, '//counted(model%c, 'constraint', 'constraints')//' of rank '// &
-                    to_text(rank)//', '//counted(report%freedoms, 'degree', 'degrees')//' of freedom'//nl
+      report%text = trim(counted(size(model%bodies), 'body', 'bodies'))//', '// &
+                    trim(counted(size(model%joints), 'joint', 'joints'))//': '// &
+                    to_text(model%n)//' velocities, '//trim(counted(model%c, 'constraint', 'constraints'))//' of rank '// &
+                    to_text(rank)//', '//trim(counted(report%freedoms, 'degree', 'degrees'))//' of freedom'//nl
       if (redundant > 0) then
          line = ''
          do i = 1, size(model%joints)
@@ -74,14 +75,14 @@ contains
             line = line//', '//to_text(report%redundant(i))//' of '//model%joints(i)%name
          end do
          if (len(line) > 2) line = ': '//line(3:)
-         report%text = report%text//counted(redundant, 'redundant constraint', 'redundant constraints')//line//nl
+         report%text = report%text//trim(counted(redundant, 'redundant constraint', 'redundant constraints'))//line//nl
          report%text = report%text//found%text
          do i = 1, size(model%joints)
             if (report%involved(i)) call add('not_unique:'//model%joints(i)%name, 1.0_wp, '1')
          end do
-         model%remark = counted(redundant, 'redundant constraint', 'redundant constraints')
+         model%remark = trim(counted(redundant, 'redundant constraint', 'redundant constraints'))
          if (any(report%involved)) model%remark = model%remark//': reactions of '// &
-                                                  counted(count(report%involved), 'joint', 'joints')// &
+                                                  trim(counted(count(report%involved), 'joint', 'joints'))// &
                                                   ' are not unique; those of least norm are given'
       end if
       call model%diagnose(assembled, line)
@@ -100,7 +101,7 @@ contains
       moved = maxval(abs(assembled%v - given%v))
       call add('velocity_correction', moved, 'm/s_or_rad/s')
       if (moved > 1.0e-9_wp) then
-         line = model%v_name(maxloc(abs(assembled%v - given%v), 1))
+         line = trim(model%v_name(maxloc(abs(assembled%v - given%v), 1)))
          report%text = report%text//'velocities corrected: '//line//' by '//to_text(moved)// &
                        trim(merge(' rad/s', ' m/s  ', index(line, '.w', back=.true.) > 0))//', no other by more; '// &
                        trim(merge('gained', 'lost  ', start%energy_gained > 0.0_wp))//' '//to_text(abs(start%energy_gained))// &
@@ -121,11 +122,11 @@ contains
 
    end subroutine report_start
 
-   !> A number and its noun.
-   function counted(number, one, many) result(text)
+   !> A number and its noun, padded with blanks.
+   pure function counted(number, one, many) result(text)
       integer, intent(in) :: number
       character(*), intent(in) :: one, many
-      character(:), allocatable :: text
+      character(len=16 + max(len(one), len(many))) :: text
 
       text = to_text(number)//' '//trim(many)
       if (number == 1) text = '1 '//one

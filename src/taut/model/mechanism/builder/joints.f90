@@ -312,12 +312,14 @@ contains
    !> Names, separated by commas.
    pure function list(names) result(text)
       character(*), intent(in) :: names(:)
-      character(:), allocatable :: text
-      integer :: i
+      character(len=sum(len_trim(names)) + 4*size(names) - 2) :: text
+      integer :: i, last
 
       text = '"'//trim(names(1))//'"'
+      last = len_trim(names(1)) + 2
       do i = 2, size(names)
-         text = text//', "'//trim(names(i))//'"'
+         text(last + 1:) = ', "'//trim(names(i))//'"'
+         last = last + len_trim(names(i)) + 4
       end do
    end function list
 

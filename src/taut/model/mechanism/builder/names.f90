@@ -58,7 +58,7 @@ contains
 
    !> What may have been meant, before what else to do.
    module procedure meant_of
-      text = nearest_name(name, known)
+      text = trim(nearest_name(name, known))
       if (len(text) > 0) text = 'did you mean "'//text//'"? U'
       if (len(text) == 0) text = 'u'
    end procedure meant_of
