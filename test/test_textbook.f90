@@ -1,7 +1,7 @@
 !> Problems of textbooks, written from phi, or A v - b', alone, against their closed forms.
 module test_textbook
-   use taut, only: automatic_system_t, error_t, integration_options_t, integration_result_t, jet_state_t, jet_t, operator(*), &
-                   operator(+), operator(-), cos, hypot, sin, simulate, state_t, status_event, wp
+   use taut, only: automatic_system_t, block_diagonal_t, error_t, integration_options_t, integration_result_t, jet_state_t, jet_t, &
+                   operator(*), operator(+), operator(-), cos, hypot, sin, simulate, state_t, status_event, wp
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -35,6 +35,16 @@ module test_textbook
       procedure :: nonholonomic => ellipse_rolls
    end type ellipse_t
 
+   !> A mass on a parabola by the place on it, a parameter without mass: {x, s}, s = x^2; M + A^T A and f + A^T b'' in the place of
+   !! M, which is singular, and f.
+   type, extends(automatic_system_t) :: parameter_t
+      real(wp) :: m = 2.0_wp, push = 3.0_wp
+   contains
+      procedure :: phi => parameter_phi
+      procedure :: mass => parameter_mass
+      procedure :: force => parameter_force
+   end type parameter_t
+
 contains
 
    !> All tests of this module.
@@ -44,7 +54,8 @@ contains
       tests = [new_test('Chaplygin''s sleigh', chaplygin), &
                new_test('a rope over two pulleys', two_pulleys), &
                new_test('a rope over two pulleys goes slack', slack_rope), &
-               new_test('an ellipse rolls to and fro', rolls)]
+               new_test('an ellipse rolls to and fro', rolls), &
+               new_test('a parameter without mass', massless)]
    end function collect_textbook
 
    !> T = m (vc . vc)/2 + inertia omega^2/2 with vc that of the center of mass.
@@ -232,5 +243,56 @@ contains
       call check_below(failure, at%x(1) + way, 1.0e-6_wp, 'way')
       call check(failure, abs(at%x(3)) <= 0.3_wp + 1.0e-6_wp, 'it rocks farther than where it was let go')
    end subroutine rolls
+
+   subroutine parameter_phi(self, at, value)
+      class(parameter_t), intent(in) :: self
+      type(jet_state_t), intent(in) :: at
+      type(jet_t), intent(out) :: value(:)
+
+      value(1) = at%x(2) - at%x(1)*at%x(1)
+      associate (unused_system => self)
+      end associate
+   end subroutine parameter_phi
+
+   subroutine parameter_mass(self, at, m)
+      class(parameter_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(block_diagonal_t), intent(inout) :: m
+      real(wp) :: a(1, 2), whole(2, 2)
+
+      call self%jacobian(at, a)
+      whole = matmul(transpose(a), a)
+      whole(1, 1) = whole(1, 1) + self%m
+      call m%set_dense(whole)
+   end subroutine parameter_mass
+
+   subroutine parameter_force(self, at, value)
+      class(parameter_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+      real(wp) :: a(1, 2), b_second(1)
+
+      call self%jacobian(at, a)
+      call self%acceleration_rhs(at, b_second)
+      value = matmul(b_second, a)
+      value(1) = value(1) + self%push
+   end subroutine parameter_force
+
+   !> The mass moves as if there were no parameter.
+   subroutine massless(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(parameter_t) :: system
+      type(state_t) :: at
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      real(wp), parameter :: x = 0.5_wp, v = -1.0_wp, t_end = 2.0_wp
+
+      call system%define(n=2, c=1)
+      at = state_t(x=[x, x**2], v=[v, 2.0_wp*x*v])
+      call simulate(system, at, t_end, result, error, options=integration_options_t(rtol=1.0e-10_wp))
+      call no_error(failure, error)
+      call check_close(failure, at%x(1), x + v*t_end + 0.5_wp*system%push/system%m*t_end**2, 1.0e-8_wp, 'the mass')
+      call check_below(failure, at%x(2) - at%x(1)**2, 1.0e-12_wp, 'the parameter')
+   end subroutine massless
 
 end module test_textbook

@@ -1,5 +1,6 @@
 """The documents: what they show exists, what they link to is there, and the examples do what they say."""
 
+import itertools
 import math
 import os
 import re
@@ -8,7 +9,9 @@ import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from taut.document.reference import DOCUMENTS as DOCUMENTS_OF_ENTRIES
 from taut.document.reference import renewed
@@ -199,6 +202,21 @@ def test_example_of_a_chain_keeps_its_energy(said: Callable[[str], list[str]]) -
     lines = [line for line in said("hanging_chain") if "reached-end" in line]
     assert [line.split()[0] for line in lines] == ["5", "20"]
     assert all(abs(float(line.split()[-1])) < 1e-4 for line in lines)
+
+
+def test_example_of_an_arm_has_the_smallest_rates(said: Callable[[str], list[str]]) -> None:
+    def rates(t: float, q: np.ndarray) -> np.ndarray:
+        a = 0.3 * np.array([-np.sin(q), np.cos(q)])
+        return np.linalg.pinv(a) @ np.array([-0.2 * np.sin(t), 0.2 * np.cos(t)])
+
+    turns = [line for line in said("inverse_kinematics") if "turn" in line]
+    angles = [np.array([float(word) for word in line.split()[-5:]]) for line in turns]
+    assert len(angles) == 3
+    # From where one turn ends to where the next one does: the smallest rates do not lead back.
+    for begin, end in itertools.pairwise(angles):
+        found = solve_ivp(rates, (0.0, 2 * math.pi), begin, rtol=1e-10, atol=1e-12)
+        assert end == pytest.approx(found.y[:, -1], abs=5e-4)
+        assert np.abs(end - begin).max() > 0.05
 
 
 def test_example_of_a_body_that_leaves_a_sphere(said: Callable[[str], list[str]]) -> None:

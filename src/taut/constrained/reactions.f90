@@ -5,7 +5,8 @@
 !!     lambda = T(lambda) = M~ (A M^-1 (f + g(lambda)) - b''),
 !!
 !! which is begun at the multipliers of the frictionless problem, T with g = 0. Broyden's iteration begins as the substitution
-!! lambda := T(lambda), which is all there is to do where g does not act along the constraints, and learns from its own steps where it does.
+!! lambda := T(lambda), which is all there is to do where g does not act along the constraints, and learns from its own steps where
+!! it does.
 !!
 !! Source: C.G. Broyden, A class of methods for solving nonlinear simultaneous equations, Math. Comput. 19 (1965) 577-593, the first
 !! of its methods.
