@@ -209,7 +209,7 @@ def test_example_of_an_arm_has_the_smallest_rates(said: Callable[[str], list[str
         a = 0.3 * np.array([-np.sin(q), np.cos(q)])
         return np.linalg.pinv(a) @ np.array([-0.2 * np.sin(t), 0.2 * np.cos(t)])
 
-    turns = [line for line in said("inverse_kinematics") if "turn" in line]
+    turns = [line for line in said("inverse_kinematics") if line.startswith("reached-end")]
     angles = [np.array([float(word) for word in line.split()[-5:]]) for line in turns]
     assert len(angles) == 3
     # From where one turn ends to where the next one does: the smallest rates do not lead back.
