@@ -4,6 +4,8 @@ import contextlib
 import ctypes
 import os
 import signal
+import subprocess
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -33,3 +35,19 @@ def adopting_orphans() -> Iterator[None]:
                     os.kill(number, signal.SIGKILL)
                     os.waitpid(number, 0)
         prctl(PR_SET_CHILD_SUBREAPER, 0, 0, 0, 0)
+
+
+def listens(pid: int) -> bool:
+    """Returns whether a program has got as far as to catch SIGTERM."""
+    with contextlib.suppress(OSError):
+        status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
+        caught = int(status.partition("SigCgt:")[2].split()[0], 16)
+        return bool(caught >> (signal.SIGTERM - 1) & 1)
+    return False
+
+
+def let_run(process: subprocess.Popen[str], seconds: float) -> None:
+    """Lets a program run for some time after it has got as far as to catch signals, or until it ends."""
+    while process.poll() is None and not listens(process.pid):
+        time.sleep(0.01)
+    time.sleep(seconds)

@@ -91,7 +91,10 @@ def test_a_motion_in_any_plane_is_seen_from_its_normal_at_any_time(
     mechanism: Path, tmp_path: Path, first: tuple[float, ...], second: tuple[float, ...], until: int
 ) -> None:
     plane = np.stack([first, second, np.cross(first, second)], axis=1)
-    in_space = PENDULUM.replace("planar = .true.", "").replace("point = 0, 0", "point = 0, 0, axis = 0, 0, 1")
+    in_space = PENDULUM.replace("planar = .true.", "").replace("0, 0 /", "0, 0, 0, axis = 0, 0, 1 /")
+    in_space = in_space.replace("from = 0, 0, to = 1, 0", "from = 0, 0, 0, to = 1, 0, 0").replace(
+        "1, 0 /", "1, 0, 0 /"
+    )
     rod = geometry(made(mechanism, tmp_path, in_space))
     # What cannot be seen does not matter.
     whole = swinging(plane, 1e-6)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import let_run
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -352,13 +353,13 @@ def test_file_system_without_locks(pendulum: Path, tmp_path: Path) -> None:
     write(tmp_path / "case.nml", "&integration t_end = 1e6 /")
     settings = {"cwd": tmp_path, "env": no_locks(tmp_path), "stderr": subprocess.PIPE, "text": True}
     process = subprocess.Popen([pendulum, "case.nml", "--out", "out", "--quiet"], **settings)
-    time.sleep(0.5)
+    let_run(process, 0.5)
     process.terminate()
     process.communicate(timeout=60)
     assert process.returncode == 75
     assert len(list((tmp_path / "out/case").glob("*.part"))) == 1
     process = subprocess.Popen([pendulum, "--restart", "out/case/checkpoint.taut", "--quiet"], **settings)
-    time.sleep(0.5)
+    let_run(process, 0.5)
     process.terminate()
     _, error = process.communicate(timeout=60)
     assert process.returncode == 75

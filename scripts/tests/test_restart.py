@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from conftest import built
+from processes import let_run
 
 INTERRUPTED = 75
 
@@ -77,7 +78,7 @@ def start(swing: Path, environment: dict[str, str]) -> Iterator[Callable[..., su
 def interrupted(case: Path, start: Start) -> Path:
     """A case that was interrupted in its first method."""
     process = start(case, "short.nml")
-    time.sleep(0.3)
+    let_run(process, 0.3)
     process.terminate()
     process.communicate(timeout=60)
     assert process.returncode == INTERRUPTED
@@ -116,7 +117,7 @@ def test_signals(number: signal.Signals, case: Path, whole: Path, start: Start) 
     for pause in (0.3, 0.6, 0.3, None):
         process = start(case, *arguments)
         if pause is not None:
-            time.sleep(pause)
+            let_run(process, pause)
             process.send_signal(number)
             if number != signal.SIGINT:
                 process.send_signal(number)
@@ -335,7 +336,7 @@ def test_table_belongs_to_the_case(tmp_path: Path, environment: dict[str, str]) 
     )
     settings = {"cwd": tmp_path, "env": environment, "stderr": subprocess.PIPE, "text": True}
     process = subprocess.Popen([app, "case.nml", "--quiet"], **settings)
-    time.sleep(0.5)
+    let_run(process, 0.5)
     process.terminate()
     _, error = process.communicate(timeout=60)
     assert process.returncode == INTERRUPTED, error

@@ -14,6 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from processes import listens
 from slurm_cluster import Cluster, NoSlurmError, wait
 
 from taut.sweep.arrays import sliced
@@ -136,15 +137,6 @@ def command_of(pid: int) -> str:
 def programs(slurm: Cluster) -> list[int]:
     """Returns the ids of the pendulums that swing."""
     return [pid for pid in slurm.processes() if command_of(pid).partition("\0")[0].endswith("/pendulum")]
-
-
-def listens(pid: int) -> bool:
-    """Returns whether a program has got as far as to catch SIGTERM."""
-    with contextlib.suppress(OSError):
-        status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
-        caught = int(status.partition("SigCgt:")[2].split()[0], 16)
-        return bool(caught >> (signal.SIGTERM - 1) & 1)
-    return False
 
 
 def test_table_equals_that_of_an_undisturbed_sweep(slurm: Cluster, sweep: Sweep, tmp_path: Path) -> None:
