@@ -168,7 +168,8 @@ contains
       end do
    end subroutine elastic_rows
 
-   !> Moments of inertia along and across a line from end to end that is askew, and in the plane; a size that belongs to another axis.
+   !> Moments of inertia along and across a line from end to end that is askew, and in the plane; a size that belongs to another
+   !! axis.
    subroutine shapes_by_ends(failure)
       character(:), allocatable, intent(inout) :: failure
       type(mechanism_builder_t) :: builder

@@ -249,8 +249,8 @@ contains
       end do
    end function null_projector
 
-   !> What is held stays bit for bit; of the others, coordinates move least in the metric W and velocities in the metric M, those of the
-   !! free velocities.
+   !> What is held stays bit for bit; of the others, coordinates move least in the metric W and velocities in the metric M,
+   !! those of the free velocities.
    subroutine held_start(failure)
       character(:), allocatable, intent(inout) :: failure
       integer, parameter :: c = 2, n = 6

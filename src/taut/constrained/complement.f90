@@ -2,9 +2,9 @@
 !! independent velocities and v follows from A v = b' and B^T v = nu.
 !!
 !! With R = W^-1 - W^-1 A^T S^+ A W^-1, the projector of Eq. (11a) times W^-1, the columns of Q = R B are motions that the
-!! constraints leave free, A Q = 0: the Q of Eq. (3), not of full rank where B no longer fits. Then v = A^+ b' + Q G^-1 (nu - B^T A^+ b')
-!! with G = B^T Q, symmetric and positive definite; its smallest pivot, in units of that where B was chosen, says how well B
-!! still fits. Redundant rows of A do no harm: R does not see them.
+!! constraints leave free, A Q = 0: the Q of Eq. (3), not of full rank where B no longer fits. Then v = A^+ b' + Q G^-1 (nu -
+!! B^T A^+ b') with G = B^T Q, symmetric and positive definite; its smallest pivot, in units of that where B was chosen, says
+!! how well B still fits. Redundant rows of A do no harm: R does not see them.
 module taut_constrained_complement
    use taut_archive, only: archive_t
    use taut_kinds, only: wp

@@ -2,7 +2,8 @@
 !! equations without derivatives.
 !!
 !! With A vdot = b'', M vdot + A^T lambda = f is the same as (M + A^T D A) vdot + A^T (lambda - D b'') = f for any D >= 0, and
-!! M + A^T D A is positive definite. D is diagonal and brings the rows of A to the scale of M, so that their scaling does not matter.
+!! M + A^T D A is positive definite. D is diagonal and brings the rows of A to the scale of M, so that their scaling does not
+!! matter.
 module taut_constrained_completion
    use taut_kinds, only: wp
    use taut_linalg_block_diagonal, only: block_diagonal_t

@@ -1,5 +1,5 @@
-!> A cheap look at a system before it is simulated: derivatives along one direction each, whatever its size. What looks wrong is left
-!! to `verify`, which has the last word and the names.
+!> A cheap look at a system before it is simulated: derivatives along one direction each, whatever its size. What looks wrong is
+!! left to `verify`, which has the last word and the names.
 module taut_constrained_first_look
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp

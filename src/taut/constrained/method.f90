@@ -8,7 +8,8 @@
 !!   coordinates are normalized and nothing else;
 !! - the layout of its state, `size`, `pack` and `unpack`, with `accelerations` to read a derivative. By default y = {x; v; w};
 !! - what velocities do where a drive begins to move at once, `cross`. By default there is a blow;
-!! - what happens when a step is accepted, `accepted`: it may go on in other coordinates, and say so, `own_remark`. By default nothing;
+!! - what happens when a step is accepted, `accepted`: it may go on in other coordinates, and say so, `own_remark`. By default
+!! nothing;
 !! - what it remembers from one step to the next, `serialize_own`;
 !! - the multipliers of its last evaluation, `multipliers`;
 !! - which steppers can carry it: explicit ones, if it has a right-hand side; implicit ones, if it answers `linearize`,

@@ -22,17 +22,17 @@ module taut_constrained_method_options
       !! `correction_tolerance`. `coordinate-projection`: Eq. (8), both levels projected after each step (Eich).
       !! `penalty`: no multipliers, f - A^T (stiffness phi + damping (A v - b')).
       !! `unconstrained`: M vdot = f, from the initial state as given; the constraints are evaluated and not enforced, and
-      !! the system is told so (its procedure `enforce`). `minimal-coordinates`: Eq. (3), in velocities that are `independent`. `bayo-penalty`,
-      !! `augmented-lagrangian`: M vdot + A^T penalty_factor (A vdot - b'' + 2 omega mu (A v - b') + omega^2 phi) = f, the second with
-      !! multipliers corrected until the accelerations meet it. `udwadia-kalaba`: vdot = a + M^-1/2 (A M^-1/2)^+ (b'' - A a).
-      !! `dummy-derivatives`: phi = 0, A v = b' and A vdot = b'' solved for dependent variables (Mattsson and Soderlind).
-      !! `gear-gupta-leimkuhler`, `fuhrer-leimkuhler`: stabilized index 2, the second with A vdot = b'' too, with multipliers that
-      !! are found from where a stage leads.
+      !! the system is told so (its procedure `enforce`). `minimal-coordinates`: Eq. (3), in velocities that are `independent`.
+      !! `bayo-penalty`, `augmented-lagrangian`: M vdot + A^T penalty_factor (A vdot - b'' + 2 omega mu (A v - b') + omega^2
+      !! phi) = f, the second with multipliers corrected until the accelerations meet it. `udwadia-kalaba`: vdot = a + M^-1/2 (A
+      !! M^-1/2)^+ (b'' - A a). `dummy-derivatives`: phi = 0, A v = b' and A vdot = b'' solved for dependent variables (Mattsson
+      !! and Soderlind). `gear-gupta-leimkuhler`, `fuhrer-leimkuhler`: stabilized index 2, the second with A vdot = b'' too,
+      !! with multipliers that are found from where a stage leads.
       character(len=32) :: name = 'present'
       !> W of Eqs (11a), (16), (17): `identity`, `mass` (W = M) or `given` (the system's own procedure `weight`).
       character(len=16) :: weight = 'identity'
-      !> `present`, `minimal-coordinates`: `newton` projects x before each right-hand side is evaluated (Sect. 3.5 a); `none` evaluates A at
-      !! the stage's own x.
+      !> `present`, `minimal-coordinates`: `newton` projects x before each right-hand side is evaluated (Sect. 3.5 a); `none`
+      !! evaluates A at the stage's own x.
       character(len=16) :: stage_projection = 'newton'
       !> `present`: what of the state is replaced at the end of each accepted step: `none`, `position` or
       !! `position-velocity`. `minimal-coordinates`: with `none`, positions are the integrals of the velocities and drift.
@@ -58,8 +58,8 @@ module taut_constrained_method_options
       real(wp) :: correction_tolerance = 1.0e-6_wp
       !> Stiffness and damping of `penalty` [force/unit of phi, force/unit of phidot].
       real(wp) :: stiffness = 0.0_wp, damping = 0.0_wp
-      !> alpha of `bayo-penalty` and `augmented-lagrangian`, in the unit of a mass where phi is a length; their frequency [1/s]; their
-      !! damping ratio [-].
+      !> alpha of `bayo-penalty` and `augmented-lagrangian`, in the unit of a mass where phi is a length; their frequency [1/s];
+      !! their damping ratio [-].
       real(wp) :: penalty_factor = 1.0e7_wp, omega = 10.0_wp, mu = 1.0_wp
       !> Largest entry of phi that counts as none, in the unit of phi.
       real(wp) :: projection_tolerance = 1.0e-12_wp

@@ -110,7 +110,8 @@ contains
       type(start_report_t), intent(out), optional :: start
       !> Asked before every step whether to pause.
       class(pause_t), intent(inout), optional :: pause
-      !> Velocities that start as given, and with them coordinates; the others are moved to meet the constraints: (n). Default: none.
+      !> Velocities that start as given, and with them coordinates; the others are moved to meet the constraints: (n). Default:
+      !! none.
       logical, intent(in), optional :: held(:)
       type(start_report_t) :: report
 
@@ -185,7 +186,8 @@ contains
       !> Whether to look first, at little cost, if the system's derivatives are right; what is certainly wrong is an error. Default
       !! true.
       logical, intent(in), optional :: look
-      !> Velocities that start as given, and with them coordinates; the others are moved to meet the constraints: (n). Default: none.
+      !> Velocities that start as given, and with them coordinates; the others are moved to meet the constraints: (n). Default:
+      !! none.
       logical, intent(in), optional :: held(:)
       type(simulation_t) :: simulation
       type(model_events_t), allocatable :: announced

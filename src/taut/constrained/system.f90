@@ -184,8 +184,8 @@ module taut_constrained_system
          real(wp), intent(out) :: value(:)
       end subroutine vector_not_supplied
 
-      !> Forces that depend on the multipliers of the constraints, such as friction, beside those of `force`; smooth in the velocities.
-      !! They are iterated until the multipliers are those of all forces.
+      !> Forces that depend on the multipliers of the constraints, such as friction, beside those of `force`; smooth in the
+      !! velocities. They are iterated until the multipliers are those of all forces.
       module subroutine reaction_force_not_supplied(self, at, lambda, value)
          !> The system.
          class(mechanical_system_t), intent(in) :: self

@@ -188,8 +188,8 @@ module taut_ode_stepper
 
 contains
 
-   !> The integral that goes along, from the step's start to a fraction of it: here the cubic that fits the values and the integrands
-   !! at both ends.
+   !> The integral that goes along, from the step's start to a fraction of it: here the cubic that fits the values and the
+   !! integrands at both ends.
    pure function cubic_integral(self, h, theta) result(value)
       !> The stepper, behind `prepare_dense`.
       class(stepper_t), intent(in) :: self

@@ -34,10 +34,11 @@ module taut_ode_system
    !! system is `half_explicit`; `project` on a new state, before or
    !! behind the evaluation there (see `rhs_projects`), and on states interpolated inside a step, and `rhs` once more where the
    !! answer is `stale`; `accepted` when a step
-   !! holds and its output is done; `cross` behind a breakpoint. An implicit one besides: `linearize` at a state, `factorize` for each shift that it needs
-   !! and `solve` as often as it likes, until the next of them; `weigh_error` on an estimate from such solutions; or, of a system
-   !! that has them, `stage_equations`, which hold the algebraic unknowns of a constrained system as well. Times given
-   !! to `rhs` are kept within `t_low` and `t_high`, which the integrator sets at a breakpoint and `huge` where there is none.
+   !! holds and its output is done; `cross` behind a breakpoint. An implicit one besides: `linearize` at a state, `factorize`
+   !! for each shift that it needs and `solve` as often as it likes, until the next of them; `weigh_error` on an estimate from
+   !! such solutions; or, of a system that has them, `stage_equations`, which hold the algebraic unknowns of a constrained
+   !! system as well. Times given to `rhs` are kept within `t_low` and `t_high`, which the integrator sets at a breakpoint and
+   !! `huge` where there is none.
    type, abstract :: ode_system_t
       !> Whether a step is judged by its projection, see `projection_holds`: it makes no sense where violations gather over many
       !! steps before they are corrected.

@@ -1,13 +1,14 @@
-!> The penalty formulation of Bayo, Garcia de Jalon and Serna: M vdot + A^T alpha (phiddot + 2 omega mu phidot + omega^2 phi) = f, with
-!! phiddot = A vdot - b'': mass, damping and stiffness alpha, 2 alpha omega mu and alpha omega^2 on every constraint.
+!> The penalty formulation of Bayo, Garcia de Jalon and Serna: M vdot + A^T alpha (phiddot + 2 omega mu phidot + omega^2 phi) =
+!! f, with phiddot = A vdot - b'': mass, damping and stiffness alpha, 2 alpha omega mu and alpha omega^2 on every constraint.
 !!
-!! With lambda = alpha (A vdot - b), b = b'' - 2 omega mu phidot - omega^2 phi, this is (S + 1/alpha) lambda = A a - b, S = A M^-1 A^T: a
-!! positive definite matrix at any rank, so that redundant rows and singular positions need no decision; lambda is in the range of S,
-!! of least norm where rows are redundant. As alpha grows the motion tends to that of Baumgarte's method with the
-!! gains alpha_b = omega mu and beta_b = omega; at rest, a constraint gives way by lambda/(alpha omega^2).
+!! With lambda = alpha (A vdot - b), b = b'' - 2 omega mu phidot - omega^2 phi, this is (S + 1/alpha) lambda = A a - b, S = A
+!! M^-1 A^T: a positive definite matrix at any rank, so that redundant rows and singular positions need no decision; lambda is
+!! in the range of S, of least norm where rows are redundant. As alpha grows the motion tends to that of Baumgarte's method with
+!! the gains alpha_b = omega mu and beta_b = omega; at rest, a constraint gives way by lambda/(alpha omega^2).
 !!
-!! Source: E. Bayo, J. Garcia de Jalon, M.A. Serna, A modified Lagrangian formulation for the dynamic analysis of constrained mechanical
-!! systems, Comput. Methods Appl. Mech. Eng. 71 (1988) 183-195. The paper's reference [24] for the method is to Bayo et al.
+!! Source: E. Bayo, J. Garcia de Jalon, M.A. Serna, A modified Lagrangian formulation for the dynamic analysis of constrained
+!! mechanical systems, Comput. Methods Appl. Mech. Eng. 71 (1988) 183-195. The paper's reference [24] for the method is to Bayo
+!! et al.
 module taut_constrained_method_bayo_penalty
    use taut_kinds, only: wp
    use taut_constrained_method, only: constrained_ode_t
@@ -24,7 +25,8 @@ module taut_constrained_method_bayo_penalty
 
    !> The method `bayo-penalty`.
    type, extends(constrained_ode_t) :: bayo_penalty_t
-      !> S + 1/alpha, its factor: (c, c); one row, as a force and as an acceleration: (c), (n), (n); the violation that is left: (c).
+      !> S + 1/alpha, its factor: (c, c); one row, as a force and as an acceleration: (c), (n), (n); the violation that is left:
+      !! (c).
       real(wp), allocatable, private :: s(:, :), pick(:), u(:), moved(:), left(:)
    contains
       procedure :: check_options

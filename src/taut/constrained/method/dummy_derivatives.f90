@@ -3,13 +3,14 @@
 !!
 !! Which velocities are dummies the pivots of A decide, and those of positions go with them; the others, B^T v of
 !! `taut_constrained_complement`, are integrated. At each evaluation phi = 0 is solved for the dependent coordinates with the
-!! independent ones held, A v = b' for the dependent velocities, and the equations of motion with A vdot = b'' for all accelerations and
-!! the multipliers, which Eq. (14b) gives. All three levels hold, without a projection: what is integrated stays as it is.
-!! Where the dummies no longer are determined by the others, others are chosen, and the switch is told. The state is
-!! {x; v; w} all the same: what is integrated of the dummies is never used, and replaced by what follows from the others.
+!! independent ones held, A v = b' for the dependent velocities, and the equations of motion with A vdot = b'' for all
+!! accelerations and the multipliers, which Eq. (14b) gives. All three levels hold, without a projection: what is integrated
+!! stays as it is. Where the dummies no longer are determined by the others, others are chosen, and the switch is told. The
+!! state is {x; v; w} all the same: what is integrated of the dummies is never used, and replaced by what follows from the
+!! others.
 !!
-!! The source chooses by structure first and pivots within; here pivots do both, so that redundant rows are no obstacle. Coordinates that
-!! are not integrals of velocities, such as quaternions, are held along the independent velocities.
+!! The source chooses by structure first and pivots within; here pivots do both, so that redundant rows are no obstacle.
+!! Coordinates that are not integrals of velocities, such as quaternions, are held along the independent velocities.
 !!
 !! Source: S.E. Mattsson, G. Soderlind, Index reduction in differential-algebraic equations using dummy derivatives, SIAM J. Sci.
 !! Comput. 14 (1993) 677-692, reference [25] of the paper.

@@ -1,14 +1,15 @@
 !> Fuhrer and Leimkuhler: the stabilized equations of Gear, Gupta and Leimkuhler with the second derivative of the constraints too,
 !! phi = 0, A v = b' and A vdot = b'', each with a multiplier of its own.
 !!
-!! lambda is that of A vdot = b'', Eq. (14b). The multipliers of the other two levels vanish with the step: the one is a displacement,
-!! x - W^-1 A^T mu, the other an impulse, v - M^-1 A^T eta. They are eliminated where the derivative is evaluated, so that an explicit
-!! integrator keeps its order; left in the derivative of a stage, as half-explicit methods do, lambda + eta would be the multiplier of
-!! `gear-gupta-leimkuhler`, and its order too. `present` enforces the same three levels, Eqs (10), (16): it differs by what
-!! velocities are corrected with, W instead of M. An implicit integrator projects at the end of each step besides.
+!! lambda is that of A vdot = b'', Eq. (14b). The multipliers of the other two levels vanish with the step: the one is a
+!! displacement, x - W^-1 A^T mu, the other an impulse, v - M^-1 A^T eta. They are eliminated where the derivative is evaluated,
+!! so that an explicit integrator keeps its order; left in the derivative of a stage, as half-explicit methods do, lambda + eta
+!! would be the multiplier of `gear-gupta-leimkuhler`, and its order too. `present` enforces the same three levels, Eqs (10),
+!! (16): it differs by what velocities are corrected with, W instead of M. An implicit integrator projects at the end of each
+!! step besides.
 !!
-!! Source: C. Fuhrer, B.J. Leimkuhler, Numerical solution of differential-algebraic equations for constrained mechanical motion, Numer.
-!! Math. 59 (1991) 55-69, reference [23] of the paper.
+!! Source: C. Fuhrer, B.J. Leimkuhler, Numerical solution of differential-algebraic equations for constrained mechanical motion,
+!! Numer. Math. 59 (1991) 55-69, reference [23] of the paper.
 module taut_constrained_method_fuhrer_leimkuhler
    use taut_kinds, only: wp
    use taut_constrained_method, only: sample_t

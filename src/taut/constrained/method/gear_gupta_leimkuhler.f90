@@ -1,17 +1,17 @@
 !> Gear, Gupta and Leimkuhler: stabilized index 2, xdot = v - W^-1 A^T mu and M vdot = f - A^T lambda with phi = 0 and A v = b'.
 !!
-!! Half-explicit: multipliers belong to a stage, and are found so that the stage behind it meets the constraints. After the state of a
-!! stage i is formed, y_i = y_n + h sum_j a_ij k_j, k_(i-1) is completed by -{H W^-1 A^T mu; M^-1 A^T lambda} of stage i-1 with phi = 0 and
-!! A v = b' at y_i, by a Newton iteration with A of stage i-1. The new state is the last stage's, so that it meets both without
-!! a projection. No b'' is asked for, and accelerations meet nothing. A pair that is not made for index 2 keeps a lower order: that of
-!! Dormand and Prince 3 for x and v, and 1 for lambda. Multipliers that a stage begins with, and that tables show, are those of the
-!! last one that was completed.
+!! Half-explicit: multipliers belong to a stage, and are found so that the stage behind it meets the constraints. After the
+!! state of a stage i is formed, y_i = y_n + h sum_j a_ij k_j, k_(i-1) is completed by -{H W^-1 A^T mu; M^-1 A^T lambda} of
+!! stage i-1 with phi = 0 and A v = b' at y_i, by a Newton iteration with A of stage i-1. The new state is the last stage's, so
+!! that it meets both without a projection. No b'' is asked for, and accelerations meet nothing. A pair that is not made for
+!! index 2 keeps a lower order: that of Dormand and Prince 3 for x and v, and 1 for lambda. Multipliers that a stage begins
+!! with, and that tables show, are those of the last one that was completed.
 !!
 !! With an implicit integrator the equations are those of `taut_constrained_implicit`.
 !!
-!! Source: C.W. Gear, G.K. Gupta, B. Leimkuhler, Automatic integration of Euler-Lagrange equations with constraints, J. Comput. Appl. Math.
-!! 12&13 (1985) 77-90, reference [22] of the paper; half-explicit methods: E. Hairer, C. Lubich, M. Roche, The numerical
-!! solution of differential-algebraic systems by Runge-Kutta methods, Springer 1989.
+!! Source: C.W. Gear, G.K. Gupta, B. Leimkuhler, Automatic integration of Euler-Lagrange equations with constraints, J. Comput.
+!! Appl. Math. 12&13 (1985) 77-90, reference [22] of the paper; half-explicit methods: E. Hairer, C. Lubich, M. Roche, The
+!! numerical solution of differential-algebraic systems by Runge-Kutta methods, Springer 1989.
 module taut_constrained_method_gear_gupta_leimkuhler
    use taut_archive, only: archive_t
    use taut_kinds, only: wp

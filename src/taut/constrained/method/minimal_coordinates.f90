@@ -1,10 +1,10 @@
 !> Minimal coordinates, Eq. (3): the motion in as many velocities as there are degrees of freedom, without multipliers.
 !!
 !! Velocities nu = B^T v are independent, with a B that stays while it fits (`taut_constrained_complement`). All others follow
-!! from A v = b'; with vdot = A^+ b'' + Q c, A Q = 0, Eq. (3) reads Q^T M Q c = Q^T (f - M A^+ b''), whatever makes the columns of Q.
-!! The state is {x; v; w} all the same: of v only B^T v counts, the rest is what follows from it, so that another B changes
-!! nothing of the state. Velocities meet their constraints whatever is integrated; positions are the integrals of the velocities
-!! and drift (Sect. 1), unless they are projected: what `stage_projection` and `state_projection` say.
+!! from A v = b'; with vdot = A^+ b'' + Q c, A Q = 0, Eq. (3) reads Q^T M Q c = Q^T (f - M A^+ b''), whatever makes the columns
+!! of Q. The state is {x; v; w} all the same: of v only B^T v counts, the rest is what follows from it, so that another B
+!! changes nothing of the state. Velocities meet their constraints whatever is integrated; positions are the integrals of the
+!! velocities and drift (Sect. 1), unless they are projected: what `stage_projection` and `state_projection` say.
 !!
 !! Reactions, which Eq. (3) does without, are those that balance it: A^T lambda = f - M vdot.
 !!
