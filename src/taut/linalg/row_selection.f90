@@ -32,6 +32,11 @@ module taut_linalg_row_selection
       procedure :: append => remainders_append
    end type remainders_t
 
+   !> Places where a null vector is not zero.
+   type :: support_t
+      integer, allocatable :: places(:)
+   end type support_t
+
    !> The rows that are kept, and why the others are not.
    type :: row_selection_t
       !> Rows and columns.
@@ -55,6 +60,9 @@ module taut_linalg_row_selection
       real(wp), allocatable, private :: b(:), dense_row(:), r(:), v(:), g(:)
       !> For each place the number of what the row there has that others do not, where that replaces its column of L D.
       integer, allocatable, private :: replaced(:)
+      !> Of rows that are left out: whether the null vector asks for no exchange, and where it is not zero: (c).
+      logical, allocatable, private :: settled(:)
+      type(support_t), allocatable, private :: support(:)
       type(remainders_t), private :: rest
       type(sparse_factor_t), private :: factor
    contains
@@ -106,7 +114,8 @@ contains
       call list_below(self, a%full, row, below)
       call self%factor%init(c, row, below)
       allocate (self%kept(c), source=.true.)
-      allocate (self%empty(c), source=.false.)
+      allocate (self%empty(c), self%settled(c), source=.false.)
+      allocate (self%support(c))
       allocate (self%b(size(self%column)), self%dense_row(a%n), self%r(a%n), self%v(c), self%g(c), self%distance(c), source=0.0_wp)
       allocate (self%row_scale(c), self%column_scale(a%n), source=1.0_wp)
       self%rank = c
@@ -214,6 +223,7 @@ contains
       self%kept(:) = .not. self%empty
       self%distance(:) = 0.0_wp
       call factorize(self, least, decide=.true.)
+      self%settled(:) = .false.
       do round = 1, most_rounds
          exchanged = .false.
          if (all(self%kept .or. self%empty)) exit
@@ -226,7 +236,8 @@ contains
       if (exchanged) then
          do p = 1, self%c
             k = self%order(p)
-            if (.not. (self%kept(k) .or. self%empty(k))) call find_null_vector(self, k, self%c + 1, self%distance(k))
+            if (.not. (self%kept(k) .or. self%empty(k) .or. self%settled(k))) &
+               call find_null_vector(self, k, self%c + 1, self%distance(k))
          end do
       end if
       self%rank = count(self%kept)
@@ -477,28 +488,35 @@ contains
    end subroutine solve_before
 
    !> Where the null vector of a row that is left out has an entry that is much larger than its own, those rows change places; at
-   !! most one exchange for rows that hang together.
+   !! most one exchange for rows that hang together. A null vector is found anew only where a row that it needs has gone.
    subroutine exchange_rows(self, exchanged)
       type(row_selection_t), intent(inout) :: self
       logical, intent(out) :: exchanged
-      logical, allocatable :: left_out(:), touched(:)
+      logical, allocatable :: gone(:), left_out(:), touched(:)
       integer :: k, other, p
 
       exchanged = .false.
-      allocate (touched(self%c), source=.false.)
+      allocate (gone(self%c), touched(self%c), source=.false.)
       allocate (left_out, source=.not. (self%kept .or. self%empty))
       do p = 1, self%c
          k = self%order(p)
-         if (.not. left_out(k)) cycle
+         if (.not. left_out(k) .or. self%settled(k)) cycle
          call find_null_vector(self, k, self%c + 1, self%distance(k))
-         if (any(touched .and. abs(self%v) > 0.0_wp)) cycle
+         self%support(k)%places = pack([(other, other=1, self%c)], abs(self%v) > 0.0_wp)
+         if (any(touched(self%support(k)%places))) cycle
          other = maxloc(abs(self%v), 1)
-         if (abs(self%v(other)) <= largest_share) cycle
-         touched = touched .or. abs(self%v) > 0.0_wp
+         self%settled(k) = abs(self%v(other)) <= largest_share
+         if (self%settled(k)) cycle
+         touched(self%support(k)%places) = .true.
+         gone(other) = .true.
          exchanged = .true.
          self%kept(k) = .true.
          self%distance(k) = 0.0_wp
          self%kept(self%order(other)) = .false.
+      end do
+      if (.not. exchanged) return
+      do k = 1, self%c
+         if (self%settled(k)) self%settled(k) = .not. any(gone(self%support(k)%places))
       end do
    end subroutine exchange_rows
 
