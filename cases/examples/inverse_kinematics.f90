@@ -1,5 +1,6 @@
-!> Inverse kinematics: an arm of five links draws a circle with its tip. A first-order system, qdot = A^+ b', the smallest rates that
-!> do it: an ordinary differential equation whose right-hand side and projection are those of the constraints phi(q, t) = 0.
+!> Inverse kinematics: an arm of five links draws a circle with its tip. A first-order system, qdot = A^+ b', the smallest
+!> rates that do it: an ordinary differential equation whose right-hand side and projection are those of the constraints
+!> phi(q, t) = 0.
 module arm_system
    use taut
    implicit none (type, external)
