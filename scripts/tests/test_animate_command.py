@@ -163,7 +163,8 @@ def test_script_asks_for_a_case() -> None:
 
 
 def test_gallery_has_every_shipped_case() -> None:
-    cases = (ROOT / "cases/mechanism").glob("*.nml")
+    # What the report sets side by side are the same mechanisms by other methods.
+    cases = (path for path in (ROOT / "cases/mechanism").glob("*.nml") if not path.stem.startswith("side_"))
     assert sorted(recipe.case for recipe in gallery.RECIPES) == sorted(path.stem for path in cases)
     picture = ROOT / "cases/mechanism/gallery.png"
     assert picture.stat().st_size <= 300_000

@@ -444,9 +444,11 @@ def shipped(mechanism: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_no_shipped_case_is_left_out() -> None:
-    static = {path.stem for path in CASES.glob("*.nml") if "&analysis" in path.read_text(encoding="utf-8")}
+    # What the report sets side by side has tests of its own.
+    cases = [path for path in CASES.glob("*.nml") if not path.stem.startswith("side_")]
+    static = {path.stem for path in cases if "&analysis" in path.read_text(encoding="utf-8")}
     assert static == {"pendulum_modes"}
-    assert {path.stem for path in CASES.glob("*.nml")} == static | set(ENERGY)
+    assert {path.stem for path in cases} == static | set(ENERGY)
 
 
 @pytest.mark.parametrize("case", ENERGY)
