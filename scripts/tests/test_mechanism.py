@@ -444,7 +444,7 @@ def shipped(mechanism: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_no_shipped_case_is_left_out() -> None:
-    # What the report sets side by side has tests of its own.
+    # What the report sets side by side are the same problems by other methods.
     cases = [path for path in CASES.glob("*.nml") if not path.stem.startswith("side_")]
     static = {path.stem for path in cases if "&analysis" in path.read_text(encoding="utf-8")}
     assert static == {"pendulum_modes"}
