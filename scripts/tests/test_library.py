@@ -86,8 +86,8 @@ def test_pkg_config_of_a_copy(installed: Path, room: Path) -> None:
 
 
 def test_cmake(installed: Path, room: Path) -> None:
-    need("cmake", "cmake")
-    need("pkg-config", "pkg-config")
+    for program in ("cmake", "make", "pkg-config"):
+        need(program, program)
     (room / "CMakeLists.txt").write_text(CMAKE, encoding="utf-8")
     done(room, "cmake", "-B", "made", ".", PKG_CONFIG_PATH=str(installed / "lib/pkgconfig"))
     done(room, "cmake", "--build", "made")
