@@ -95,7 +95,15 @@ def mesh_figure(results: Results) -> Figure:
         axes.annotate(f"{t:g} s", (MESHES[0], first), color=color, **text)
     guide = np.array([8.0, 64.0])
     axes.loglog(guide, 4e-6 * (guide / 64) ** -2.0, color=style.GRAY, linewidth=0.8)
-    axes.annotate("order 2", (8, 2.6e-4), color=style.GRAY, xytext=(0, -11), textcoords="offset points")
+    axes.annotate(
+        "order 2",
+        (8, 2.6e-4),
+        color=style.GRAY,
+        xytext=(-6, 0),
+        textcoords="offset points",
+        ha="right",
+        va="center",
+    )
     _over_elements(axes)
     handles = [
         Line2D([], [], color=style.DARK, marker=s.marker, linestyle=s.dashes, label=s.drawn, markersize=5)
