@@ -159,7 +159,7 @@ contains
       self%cap = huge(1.0_wp)
    end subroutine start
 
-   !> Length of the first step: by which the state moves by a hundredth of itself, its rates weighed.
+   !> Length of the first step: by which the state moves by a thousandth of itself.
    subroutine first_step(self, ode, control, t, y, longest, h)
       !> The stepper, behind `start`.
       class(radau_t), intent(inout) :: self
