@@ -2,6 +2,9 @@
 module test_statics
    use taut, only: eigenmodes, equilibrium, equilibrium_options_t, equilibrium_result_t, error_t, mechanism_builder_t, &
                    mechanism_t, modes_t, state_t, wp
+   use taut_case_mechanism_static, only: solve_static, static_t
+   use taut_case_namelist_file, only: namelist_file_t
+   use test_case, only: lf, load
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -23,7 +26,9 @@ contains
                new_test('an equilibrium belongs to its start', branch), &
                new_test('a load beyond its limit is told', snap_through), &
                new_test('a damped oscillator', oscillator), &
-               new_test('a free motion that is damped', damped_trolley)]
+               new_test('a free motion that is damped', damped_trolley), &
+               new_test('modes of a double pendulum in closed form', pendulum_modes), &
+               new_test('a spring and its load in equilibrium', spring_equilibrium)]
    end function collect_statics
 
    !> Finds the equilibrium and the modes about it.
@@ -276,5 +281,39 @@ contains
       end do
       call check(failure, all(modes%growth(2:) < -0.1_wp), 'they die away')
    end subroutine damped_trolley
+
+   subroutine pendulum_modes(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(namelist_file_t) :: file
+      type(static_t) :: case
+      type(error_t), allocatable :: error
+
+      call file%load('cases/mechanism/pendulum_modes.nml', error)
+      call solve_static(file, case, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call check_close(failure, case%at%x(5), -1.5_wp, 1.0e-9_wp, 'the lower rod hangs')
+      call check(failure, size(case%modes%frequency) == 2, 'two modes')
+      call check_close(failure, (2.0_wp*pi*case%modes%frequency(1))**2, 9.81_wp*(3.0_wp - 6.0_wp/sqrt(7.0_wp)), 1.0e-5_wp, 'first')
+      call check_close(failure, (2.0_wp*pi*case%modes%frequency(2))**2, 9.81_wp*(3.0_wp + 6.0_wp/sqrt(7.0_wp)), 1.0e-5_wp, 'second')
+   end subroutine pendulum_modes
+
+   subroutine spring_equilibrium(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(namelist_file_t) :: file
+      type(static_t) :: case
+      type(error_t), allocatable :: error
+
+      call load('&gravity /'//lf//'&analysis kind = "equilibrium" /'//lf//'&point_mass name = "m", mass = 2.0, '// &
+                'position = 0.0, 0.0, -1.0 /'//lf//'&joint name = "guide", type = "in-line", body_2 = "m", axis = 0.0, '// &
+                         '0.0, 1.0 /'// &
+                lf//'&spring name = "s", point_1 = 0.0, 0.0, 0.0, body_2 = "m", stiffness = 100.0, free_length = 0.7, '// &
+                'preload = 1.0 /', file, error)
+      call solve_static(file, case, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      ! 1 + 100 (l - 0.7) = 19.62.
+      call check_close(failure, case%at%x(3), -0.8862_wp, 1.0e-9_wp, 'where it hangs')
+   end subroutine spring_equilibrium
 
 end module test_statics

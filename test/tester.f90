@@ -11,6 +11,7 @@ program tester
    use test_doubt, only: collect_doubt
    use test_blow, only: collect_blow
    use test_case, only: collect_case
+   use test_chain, only: collect_chain
    use test_linalg, only: collect_linalg
    use test_constrained, only: collect_constrained
    use test_helicopter, only: collect_helicopter
@@ -23,6 +24,7 @@ program tester
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
    use test_ode_edges, only: collect_ode_edges
+   use test_explicit_pair, only: collect_explicit_pair
    use test_stepper, only: collect_stepper
    use test_dop853, only: collect_dop853
    use test_problem, only: collect_problem
@@ -32,7 +34,10 @@ program tester
    use test_structure, only: collect_structure
    use test_methods, only: collect_methods
    use test_mechanism, only: collect_mechanism
-   use test_mechanism_case, only: collect_mechanism_case
+   use test_mechanism_drives, only: collect_mechanism_drives
+   use test_mechanism_equivalents, only: collect_mechanism_equivalents
+   use test_mechanism_motion, only: collect_mechanism_motion
+   use test_mechanism_redundancy, only: collect_mechanism_redundancy
    use test_modal_body, only: collect_modal_body
    use test_model_events, only: collect_model_events
    use test_radau, only: collect_radau
@@ -60,6 +65,7 @@ program tester
    use test_entries, only: collect_entries
    use test_equilibrium, only: collect_equilibrium
    use test_modes, only: collect_modes
+   use test_n_four_bar, only: collect_n_four_bar
    use test_near, only: collect_near
    implicit none (type, external)
    type(outcome_t) :: outcome
@@ -70,8 +76,11 @@ program tester
    call run_suite('linalg', collect_linalg(), trim(only), outcome)
    call run_suite('weighted projection', collect_normal_solver(), trim(only), outcome)
    call run_suite('structure', collect_structure(), trim(only), outcome)
+   call run_suite('chain', collect_chain(), trim(only), outcome)
+   call run_suite('N-four-bar', collect_n_four_bar(), trim(only), outcome)
    call run_suite('projection matrices', collect_projection_matrices(), trim(only), outcome)
    call run_suite('ode', collect_ode(), trim(only), outcome)
+   call run_suite('explicit pair', collect_explicit_pair(), trim(only), outcome)
    call run_suite('stepper', collect_stepper(), trim(only), outcome)
    call run_suite('dop853', collect_dop853(), trim(only), outcome)
    call run_suite('projection check', collect_projection_check(), trim(only), outcome)
@@ -125,7 +134,10 @@ program tester
    call run_suite('turns', collect_turns(), trim(only), outcome)
    call run_suite('assembly', collect_assembly(), trim(only), outcome)
    call run_suite('mechanism', collect_mechanism(), trim(only), outcome)
-   call run_suite('mechanism case', collect_mechanism_case(), trim(only), outcome)
+   call run_suite('mechanism motion', collect_mechanism_motion(), trim(only), outcome)
+   call run_suite('mechanism drives', collect_mechanism_drives(), trim(only), outcome)
+   call run_suite('mechanism equivalents', collect_mechanism_equivalents(), trim(only), outcome)
+   call run_suite('mechanism redundancy', collect_mechanism_redundancy(), trim(only), outcome)
    ! Slow ones, run by name.
    if (only == 'rank study') call run_suite('rank study', collect_rank_study(), trim(only), outcome)
    write (output_unit, '(i0, a, i0, a)') outcome%passed, ' passed, ', outcome%failed, ' failed'

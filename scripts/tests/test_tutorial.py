@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import built
-from test_mechanism import blocks, rows, table
+from mechanism_runs import blocks, rows, table
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "cases/mechanism/README.md").read_text(encoding="utf-8").split("\n## ")[1]
