@@ -1,4 +1,4 @@
-!> The integration loop: steps to the next stop, output, events, pauses.
+!> The integration loop: steps to the next stop, with events, output and pauses in between.
 module taut_ode_integrate
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_archive, only: archive_t
@@ -10,9 +10,10 @@ module taut_ode_integrate
    use taut_ode_note, only: note_bound_by_stability, note_no_progress, note_no_time, note_t
    use taut_ode_observer, only: observer_t
    use taut_ode_options, only: integration_options_t, integration_result_t
+   use taut_ode_output, only: output_points_t
    use taut_ode_pause, only: pause_t
-   use taut_ode_status, only: status_reached_end, status_event, status_too_many_steps, status_output_failed, &
-                              status_not_started, status_interrupted
+   use taut_ode_status, only: status_reached_end, status_event, status_too_many_steps, status_not_started, &
+                              status_interrupted
    use taut_ode_step, only: step_t
    use taut_ode_stepper, only: stepper_t, work_t
    use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_failed, rhs_ok
@@ -30,22 +31,20 @@ module taut_ode_integrate
       !> How to integrate.
       type(integration_options_t) :: options
       type(step_t), private :: step
-      real(wp), private :: t_start = 0.0_wp
       !> Breakpoints ahead and the end, and which of them is headed for.
       real(wp), allocatable, private :: stops(:)
       integer, private :: stop = 0
       !> Whether the first step towards that stop was begun.
       logical, private :: under_way = .false.
-      !> Output points so far, and the reason of the last try that failed.
-      integer, private :: outputs = 0, info = rhs_ok
+      !> The reason of the last try that failed.
+      integer, private :: info = rhs_ok
       type(event_search_t), private :: search
+      type(output_points_t), private :: output
       !> Tries rejected in a row; steps since the rate was looked at last, and their length then.
       integer, private :: rejected_in_a_row = 0, in_window = 0
       !> Whether steps that do not get on were found to be no fault of the system.
       logical, private :: patient = .false.
       real(wp), private :: h_before = 0.0_wp
-      !> The continuous extension of the step at hand, where the observer wants it: (n, places).
-      real(wp), allocatable, private :: places(:, :)
    contains
       procedure :: init
       procedure :: run
@@ -70,6 +69,7 @@ contains
 
       self%options = options
       call self%step%init(n, options, error, stepper)
+      call self%output%init(options)
       call options%check(error)
    end subroutine init
 
@@ -106,7 +106,8 @@ contains
          call check_events(events, result%error)
          if (allocated(result%error)) return
       end if
-      call check_output(self%options, t, t_end, result%error)
+      call self%output%init(self%options)
+      call self%output%begin(t, t_end, result%error)
       if (allocated(result%error)) return
       self%step%direction = sign(1.0_wp, t_end - t)
       self%step%t = t
@@ -114,26 +115,20 @@ contains
       self%step%integral = 0.0_wp
       self%step%integral_error = 0.0_wp
       self%step%stepper%work = work_t()
-      self%t_start = t
       self%step%y(:) = y
-      self%outputs = 0
       self%info = rhs_ok
       self%rejected_in_a_row = 0
       self%in_window = 0
       self%patient = .false.
       self%h_before = 0.0_wp
-      if (allocated(self%places)) deallocate (self%places)
-      if (present(observer)) then
-         call observer%begin()
-         if (observer%places > 1) allocate (self%places(size(y), observer%places))
-      end if
+      if (present(observer)) call observer%begin()
       met = .false.
       if (present(events)) then
          call self%search%init(events)
          call self%search%start(ode, events, t, self%step%y, met, result)
       end if
       if (abs(t_end - t) <= 0.0_wp .or. met) then
-         if (present(observer)) call show_start(self, ode, result, observer)
+         if (present(observer)) call self%output%show_start(self%step, ode, result, observer)
          if (result%status == status_not_started) result%status = merge(status_event, status_reached_end, met)
          if (.not. met) result%notes = [note_t(note_no_time, t)]
          if (present(observer)) call observer%finish()
@@ -144,34 +139,6 @@ contains
       self%under_way = .false.
       call proceed(self, ode, t, y, result, observer, events, pause)
    end subroutine run
-
-   !> Whether the output points can be given.
-   subroutine check_output(options, t, t_end, error)
-      type(integration_options_t), intent(in) :: options
-      real(wp), intent(in) :: t, t_end
-      type(error_t), allocatable, intent(inout) :: error
-      real(wp) :: before
-      integer :: i
-
-      if (allocated(options%output_times)) then
-         before = t
-         do i = 1, size(options%output_times)
-            associate (wanted => options%output_times(i))
-               if (.not. ((wanted - before)*(t_end - t) >= 0.0_wp .and. (t_end - wanted)*(t_end - t) >= 0.0_wp)) then
-                  call raise(error, 'integration', 'output_times('//to_text(i)//') = '//to_text(wanted)// &
-                             ' s does not lie between the one before, or the start, and the end', &
-                             'give times from start to end in the order in which they are met')
-                  return
-               end if
-               before = wanted
-            end associate
-         end do
-      else if (options%output_dt > 0.0_wp) then
-         if (abs(t_end - t)/options%output_dt >= real(huge(1), wp)) &
-            call raise(error, 'integration', 'output_dt = '//to_text(options%output_dt)//' s asks for too many points', &
-                       'give a longer time, or 0 for every step')
-      end if
-   end subroutine check_output
 
    !> Continues after a pause, bit for bit as if there had been none.
    subroutine resume(self, ode, t, y, result, observer, events, pause)
@@ -220,7 +187,7 @@ contains
             if (self%info == rhs_ok) call self%step%begin(ode, self%stops(self%stop), self%info)
             if (self%info /= rhs_ok) call fail(ode, self%info, self%step%t, result, self%step%stepper)
             if (self%stop == 1 .and. present(observer) .and. result%status == status_not_started) &
-               call show_start(self, ode, result, observer)
+               call self%output%show_start(self%step, ode, result, observer)
             if (result%status /= status_not_started) exit
             self%under_way = .true.
          end if
@@ -409,8 +376,8 @@ contains
       type(integration_result_t), intent(inout) :: result
       class(observer_t), intent(inout), optional :: observer
       class(events_t), intent(inout), optional :: events
-      real(wp) :: t_shown, t_last
-      integer :: info, terminal
+      real(wp) :: t_last
+      integer :: terminal
 
       associate (step => self%step)
          t_last = step%t_new
@@ -420,22 +387,9 @@ contains
             if (terminal > 0) t_last = result%events(terminal)%t
          end if
 
-         if (present(observer) .and. allocated(self%places)) then
-            call keep_places(self, ode, t_last, result, observer)
+         if (present(observer)) then
+            call self%output%show_inside(step, ode, t_last, result, observer)
             if (result%status /= status_not_started) return
-         end if
-         if (present(observer) .and. scheduled(self)) then
-            do
-               t_shown = next_output(self)
-               ! A point that falls on the step's end but for round-off is the step's end.
-               if ((t_shown - t_last)*step%direction > -1.0e-9_wp*abs(step%h_tried)) exit
-               self%outputs = self%outputs + 1
-               call step%interpolate(ode, t_shown, info)
-               if (info /= rhs_ok) call fail(ode, info, t_shown, result)
-               if (result%status /= status_not_started) return
-               call show(self%step, ode, t_shown, step%h_tried, step%y_inside, result, observer)
-               if (result%status /= status_not_started) return
-            end do
          end if
 
          if (terminal > 0) then
@@ -443,20 +397,11 @@ contains
             step%t = t_last
             step%y(:) = result%events(terminal)%y
             result%status = status_event
-            if (present(observer) .and. shows_end(self, t_last)) &
-               call show(self%step, ode, step%t, step%h_tried, step%y, result, observer)
+            if (present(observer)) call self%output%show_terminal(step, ode, result, observer)
             return
          end if
          if (.not. present(observer)) return
-         if (scheduled(self)) then
-            t_shown = next_output(self)
-            if (abs(t_shown - step%t_new) <= 1.0e-9_wp*abs(step%h_tried)) then
-               self%outputs = self%outputs + 1
-            else if (.not. (at_end .and. shows_end(self, t_last))) then
-               return
-            end if
-         end if
-         call show(self%step, ode, step%t_new, step%h_tried, step%y_new, result, observer)
+         call self%output%show_end(step, ode, at_end, result, observer)
          if (result%status /= status_not_started) then
             step%integral = ode%integral
             step%t = step%t_new
@@ -464,94 +409,6 @@ contains
          end if
       end associate
    end subroutine look
-
-   !> The start is an output point, unless others are asked for.
-   subroutine show_start(self, ode, result, observer)
-      type(integrator_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      type(integration_result_t), intent(inout) :: result
-      class(observer_t), intent(inout) :: observer
-
-      if (allocated(self%options%output_times)) then
-         if (abs(next_output(self) - self%step%t) > 0.0_wp) return
-         self%outputs = 1
-      end if
-      call show(self%step, ode, self%step%t, 0.0_wp, self%step%y, result, observer)
-   end subroutine show_start
-
-   !> Whether output points are at times that are known beforehand.
-   pure logical function scheduled(self)
-      type(integrator_t), intent(in) :: self
-
-      scheduled = self%options%output_dt > 0.0_wp .or. allocated(self%options%output_times)
-   end function scheduled
-
-   !> Whether the end of the integration is an output point by itself.
-   pure logical function shows_end(self, t)
-      type(integrator_t), intent(in) :: self
-      real(wp), intent(in) :: t
-
-      shows_end = .not. allocated(self%options%output_times)
-      if (.not. shows_end) shows_end = abs(next_output(self) - t) <= 1.0e-9_wp*abs(self%step%h_tried)
-   end function shows_end
-
-   !> Time of the next output point [s]; none any more: never.
-   pure real(wp) function next_output(self)
-      type(integrator_t), intent(in) :: self
-
-      if (allocated(self%options%output_times)) then
-         next_output = self%step%direction*huge(1.0_wp)
-         if (self%outputs < size(self%options%output_times)) next_output = self%options%output_times(self%outputs + 1)
-      else
-         next_output = self%t_start + self%step%direction*(self%outputs + 1)*self%options%output_dt
-      end if
-   end function next_output
-
-   !> Hands the continuous extension of a step to the observer.
-   subroutine keep_places(self, ode, t_last, result, observer)
-      type(integrator_t), intent(inout) :: self
-      class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: t_last
-      type(integration_result_t), intent(inout) :: result
-      class(observer_t), intent(inout) :: observer
-      real(wp) :: t
-      integer :: info, k, last
-
-      associate (step => self%step)
-         last = size(self%places, 2)
-         self%places(:, 1) = step%y
-         self%places(:, last) = step%y_new
-         do k = 2, last
-            t = step%t + (t_last - step%t)*(k - 1)/(last - 1)
-            if (k == last .and. abs(t_last - step%t_new) <= 0.0_wp) exit
-            call step%interpolate(ode, t, info)
-            if (info /= rhs_ok) then
-               call fail(ode, info, t, result)
-               return
-            end if
-            self%places(:, k) = step%y_inside
-         end do
-         call observer%step(step%t, t_last, self%places)
-      end associate
-   end subroutine keep_places
-
-   !> Hands a point to the observer.
-   subroutine show(step, ode, t, h, y, result, observer)
-      type(step_t), intent(in) :: step
-      class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: t, h
-      real(wp), intent(in), contiguous :: y(:)
-      type(integration_result_t), intent(inout) :: result
-      class(observer_t), intent(inout) :: observer
-      type(error_t), allocatable :: error
-
-      ode%integral = step%integral_at(t)
-      ode%integral_error = step%integral_error + step%stepper%gain_error
-      call observer%observe(ode, t, h, y, error)
-      if (.not. allocated(error)) return
-      result%status = status_output_failed
-      call move_alloc(error, result%error)
-   end subroutine show
 
    !> Passes an integration that pauses through an archive: what `resume` needs, in an integrator initialized with the same
    !! options.
@@ -563,11 +420,11 @@ contains
       logical :: sound
 
       call self%step%serialize(archive)
-      call archive%item('start', self%t_start)
+      call archive%item('start', self%output%t_start)
       call archive%list('stops', self%stops)
       call archive%item('stop', self%stop)
       call archive%item('under way', self%under_way)
-      call archive%item('outputs', self%outputs)
+      call archive%item('outputs', self%output%count)
       call archive%item('last answer', self%info)
       call archive%item('rejected in a row', self%rejected_in_a_row)
       call archive%item('steps in the window', self%in_window)
