@@ -12,12 +12,10 @@
 !! says. `item` takes what has a default and a number of values; `option` what may be missing, which stays unallocated then.
 module taut_case_entries
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise, to_text
-   use taut_case_assignment, only: left_out, no_repetition, no_such_subscript, not_apart, not_one_each, take_words, taken, &
-                                   too_many, wrong_number
+   use taut_error, only: to_text
+   use taut_case_assignments, only: assignments_t
    use taut_case_entry, only: choice_list, entry_t, joined, range_t, real_range
    use taut_case_namelist_file, only: group_t
-   use taut_spelling, only: nearest_name
    use taut_case_value, only: read_integer, read_logical, read_real, short_text, word_t
    implicit none (type, external)
    private
@@ -31,23 +29,17 @@ module taut_case_entries
       character(:), allocatable :: name, about
       !> What was declared.
       type(entry_t), allocatable :: list(:)
-      !> The first that is wrong with the file.
-      type(error_t), allocatable :: error
-      type(group_t), private :: from
-      character(:), allocatable, private :: path
-      !> Assignments of the file that an entry was met for.
-      logical, allocatable, private :: met(:)
+      !> What the file says.
+      type(assignments_t) :: said
    contains
       procedure :: collect
       procedure :: read_from
-      procedure :: has_unknown
-      procedure :: unknown
       procedure :: group
       generic :: item => real_item, reals_item, matrix_item, integer_item, logical_item, text_item
       generic :: option => real_option, reals_option, integers_option, text_option, texts_option
       procedure, private :: real_item, reals_item, matrix_item, integer_item, logical_item, text_item
       procedure, private :: real_option, reals_option, integers_option, text_option, texts_option
-      procedure, private :: next, add, refuse, pass_numbers, check_text
+      procedure, private :: add, pass_numbers
    end type entries_t
 
 contains
@@ -70,9 +62,7 @@ contains
       type(group_t), intent(in) :: from
 
       self%reading = .true.
-      self%path = path
-      self%from = from
-      allocate (self%met(size(from%entries)), source=.false.)
+      call self%said%init(path, from)
       allocate (self%list(0))
    end subroutine read_from
 
@@ -89,37 +79,6 @@ contains
       self%name = name
       self%about = about
    end subroutine group
-
-   !> Whether the file says something that nobody declared, and nothing else is wrong.
-   pure logical function has_unknown(self)
-      !> The entries, read.
-      class(entries_t), intent(in) :: self
-
-      has_unknown = .not. (all(self%met) .or. allocated(self%error))
-   end function has_unknown
-
-   !> Complains of what the file says and nobody declared.
-   subroutine unknown(self, declared)
-      !> The entries, read, of which one is unknown.
-      class(entries_t), intent(inout) :: self
-      !> All that are declared.
-      type(entry_t), intent(in) :: declared(:)
-      character(len=64) :: names(size(declared))
-      character(:), allocatable :: meant, remedy
-      integer :: i, k
-
-      k = findloc(self%met, .false., 1)
-      remedy = 'the entries are '
-      do i = 1, size(declared)
-         names(i) = declared(i)%name
-         if (i > 1) remedy = remedy//', '
-         remedy = remedy//declared(i)%name
-      end do
-      meant = trim(nearest_name(self%from%entries(k)%base, names))
-      if (len(meant) > 0) remedy = 'did you mean '//meant//'? The'//remedy(4:)
-      call raise(self%error, self%from%place(self%path, self%from%entries(k)%line), &
-                 'there is no entry '//self%from%entries(k)%name, remedy)
-   end subroutine unknown
 
    !> A number.
    subroutine real_item(self, name, value, unit, help, above, least, most)
@@ -229,10 +188,10 @@ contains
       if (.not. self%reading) call self%add(name, '.true. or .false.', '', '', '', trim(merge('.true. ', '.false.', value)), help)
       k = 0
       do
-         call self%next(name, k, [integer ::], [1], 'truth value', help, words, places)
+         call self%said%next(name, k, [integer ::], [1], 'truth value', help, words, places)
          if (k == 0) exit
          call read_logical(words(1), value, fits)
-         if (.not. fits) call self%refuse(k, 'cannot be read: "'//words(1)%text//'" is no truth value', &
+         if (.not. fits) call self%said%refuse(k, 'cannot be read: "'//words(1)%text//'" is no truth value', &
                                           'give a value of the right type: .true. or .false.')
       end do
    end subroutine logical_item
@@ -368,9 +327,9 @@ contains
       end if
       k = 0
       do
-         call self%next(name, k, [integer ::], [1], 'text', help, words, places)
+         call self%said%next(name, k, [integer ::], [1], 'text', help, words, places)
          if (k == 0) exit
-         call self%check_text(k, words(1), choices, most)
+         call self%said%check_text(k, words(1), choices, most)
          value = words(1)%text
       end do
    end subroutine text_option
@@ -395,10 +354,10 @@ contains
       if (.not. self%reading) call self%add(name, 'text', '', 'any number of', '', '', help)
       k = 0
       do
-         call self%next(name, k, [longest], [integer ::], 'text', help, words, places)
+         call self%said%next(name, k, [longest], [integer ::], 'text', help, words, places)
          if (k == 0) exit
          n = maxval(places)
-         if (.not. allocated(values) .or. self%from%entries(k)%subscript == '') then
+         if (.not. allocated(values) .or. self%said%is_whole(k)) then
             if (allocated(values)) deallocate (values)
             allocate (values(n))
             values(:) = ''
@@ -411,7 +370,7 @@ contains
             deallocate (before)
          end if
          do i = 1, size(words)
-            call self%check_text(k, words(i), most=len(values))
+            call self%said%check_text(k, words(i), most=len(values))
             values(places(i)) = words(i)%text
          end do
       end do
@@ -442,13 +401,13 @@ contains
       end if
       k = 0
       do
-         call self%next(name, k, dims, counts, kind, help, words, places)
+         call self%said%next(name, k, dims, counts, kind, help, words, places)
          if (k == 0) exit
          default = default_text(values)
          n = maxval(places)
          if (size(counts) > 0) n = maxval(counts)
-         if (self%from%entries(k)%subscript == '') n = size(words)
-         if (.not. allocated(values) .or. self%from%entries(k)%subscript == '') then
+         if (self%said%is_whole(k)) n = size(words)
+         if (.not. allocated(values) .or. self%said%is_whole(k)) then
             if (allocated(values)) deallocate (values)
             allocate (values(n), source=0.0_wp)
          else if (n > size(values)) then
@@ -464,10 +423,10 @@ contains
                call read_real(words(i), value, fits)
             end if
             if (.not. fits) then
-               call self%refuse(k, 'cannot be read: "'//words(i)%text//'" is no '//kind, &
+               call self%said%refuse(k, 'cannot be read: "'//words(i)%text//'" is no '//kind, &
                                 'give a value of the right type, without unit or quotation marks: '//help)
             else if (.not. range%has(value)) then
-               call self%refuse(k, range%complaint(value), remedy_of(range, kind, unit, help, default))
+               call self%said%refuse(k, range%complaint(value), remedy_of(range, kind, unit, help, default))
             else
                values(places(i)) = value
             end if
@@ -533,89 +492,5 @@ contains
       declared%help = help
       self%list = [self%list, declared]
    end subroutine add
-
-   !> Complains of an assignment.
-   subroutine refuse(self, k, what, remedy)
-      class(entries_t), intent(inout) :: self
-      integer, intent(in) :: k
-      character(*), intent(in) :: what, remedy
-
-      associate (it => self%from%entries(k))
-         call raise(self%error, self%from%place(self%path, it%line), it%name//' = '//it%shown()//' '//what, remedy)
-      end associate
-   end subroutine refuse
-
-   !> A text must be in quotation marks, not too long, and known.
-   subroutine check_text(self, k, word, choices, most)
-      class(entries_t), intent(inout) :: self
-      integer, intent(in) :: k
-      type(word_t), intent(in) :: word
-      character(*), intent(in), optional :: choices(:)
-      integer, intent(in), optional :: most
-      character(:), allocatable :: meant, remedy
-
-      if (.not. word%quoted) call self%refuse(k, 'cannot be read: "'//word%text//'" has no quotation marks', &
-                                              'put a text between quotation marks')
-      if (present(choices)) then
-         if (.not. any(choices == word%text)) then
-            meant = trim(nearest_name(word%text, choices))
-            remedy = 'use one of '//choice_list(choices)
-            if (len(meant) > 0) remedy = 'did you mean "'//meant//'"? U'//remedy(2:)
-            call self%refuse(k, 'is unknown', remedy)
-         end if
-      end if
-      if (present(most)) then
-         if (len(word%text) > most) call self%refuse(k, 'is longer than '//to_text(most)//' characters', 'shorten it')
-      end if
-   end subroutine check_text
-
-   !> The next assignment to an entry: its words, each once, and the places of the values that they go to.
-   subroutine next(self, name, k, dims, counts, kind, help, words, places)
-      class(entries_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      !> Number of the last assignment, 0 at first; 0 if there is none any more, or something is wrong.
-      integer, intent(inout) :: k
-      !> Bounds of subscripts, and numbers of values there may be without one; none: as many as fit.
-      integer, intent(in) :: dims(:), counts(:)
-      !> What a value is called, and what it is.
-      character(*), intent(in) :: kind, help
-      type(word_t), allocatable, intent(out) :: words(:)
-      integer, allocatable, intent(out) :: places(:)
-      integer :: code, n
-
-      n = k
-      k = 0
-      if (.not. self%reading .or. allocated(self%error)) return
-      do n = n + 1, size(self%from%entries)
-         if (self%from%entries(n)%base == name) exit
-      end do
-      if (n > size(self%from%entries)) return
-      self%met(n) = .true.
-      call take_words(self%from%entries(n)%value, self%from%entries(n)%subscript, dims, counts, words, places, code)
-      select case (code)
-      case (taken)
-         k = n
-      case (left_out)
-         call self%refuse(n, 'cannot be read: a value is left out', 'write each value, with one comma between two')
-      case (not_apart)
-         call self%refuse(n, 'cannot be read: two values have nothing between them', 'put a comma between them')
-      case (no_repetition)
-         call self%refuse(n, 'cannot be read: it repeats a value no time', 'write 3*0.5 for three of it')
-      case (no_such_subscript)
-         call self%refuse(n, 'cannot be read: '//name//' has no such subscript', &
-                          'leave the subscript out, or give one of the right type')
-      case (too_many)
-         call self%refuse(n, 'cannot be read: there are more than '//to_text(dims(1))//' '//kind//'s', 'give fewer')
-      case (not_one_each)
-         call self%refuse(n, 'cannot be read: there are not as many values as places', 'give one value for each subscript')
-      case (wrong_number)
-         if (size(dims) == 0) then
-            call self%refuse(n, 'cannot be read: there is more than one '//kind, 'give one value of the right type: '//help)
-         else
-            call self%refuse(n, 'cannot be read: there are not '//joined(counts)//' '//kind//'s', &
-                             'give all, or one by its subscript: '//help)
-         end if
-      end select
-   end subroutine next
 
 end module taut_case_entries

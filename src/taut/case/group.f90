@@ -101,11 +101,11 @@ contains
       if (allocated(error)) return
       call entries%read_from(file%path, group)
       call data%declare(entries)
-      if (entries%has_unknown()) then
+      if (entries%said%has_unknown()) then
          call declare_group(declared, data)
-         call entries%unknown(declared(1)%list)
+         call entries%said%unknown(declared(1)%list)
       end if
-      if (allocated(entries%error)) call move_alloc(entries%error, error)
+      if (allocated(entries%said%error)) call move_alloc(entries%said%error, error)
    end subroutine read_group
 
    !> Number of the first group of a name; 0 if there is none.
