@@ -20,21 +20,15 @@ module taut_constrained_stepper_generalized_alpha
    use taut_constrained_implicit, only: implicit_form_t
    use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_system, only: state_t
-   use taut_ode_newton, only: good_contraction, newton_t
    use taut_ode_step_control, only: controller_constants_t, step_control_t
-   use taut_ode_stepper, only: stepper_t
-   use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_failed, rhs_not_solved, rhs_ok, step_end
+   use taut_ode_stepper_implicit, only: implicit_stepper_t
+   use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_failed, rhs_ok, step_end
    implicit none (type, external)
    private
    public :: generalized_alpha_t, new_generalized_alpha
 
-   !> The step and the factors are kept while the step could grow by no more than this.
-   real(wp), parameter :: worth_growing = 1.2_wp
-   !> After an iteration that failed: the share of the step that is allowed next, and its growth per step.
-   real(wp), parameter :: cap_after_failure = 0.8_wp, growth_of_cap = 1.05_wp
-
    !> The stepper and what it remembers.
-   type, extends(stepper_t) :: generalized_alpha_t
+   type, extends(implicit_stepper_t) :: generalized_alpha_t
       private
       !> Whether velocities are on their constraints too.
       logical :: stabilized = .true.
@@ -42,31 +36,25 @@ module taut_constrained_stepper_generalized_alpha
       real(wp) :: alpha_m = 0.0_wp, alpha_f = 0.0_wp, beta = 0.0_wp, gamma = 0.0_wp, lead = 0.0_wp
       !> h times what d/dt of coordinates is replaced by.
       complex(wp) :: nu(1) = (0.0_wp, 0.0_wp)
-      type(newton_t) :: newton
-      integer :: n_x = 0, n_v = 0, n_z = 0
-      !> Length of the last accepted step and of the last try, and the longest step allowed after a failure.
-      real(wp) :: h_old = 0.0_wp, h_try = 0.0_wp, cap = huge(1.0_wp)
-      logical :: knows_z = .false., has_history = .false.
-      !> {vdot; wdot} at the step's start and end; a there, for the step that `h_old` says; algebraic unknowns.
-      real(wp), allocatable :: rate(:), rate_new(:), a(:), a_new(:), a_now(:), z(:), z_new(:)
+      integer :: n_x = 0, n_v = 0
+      !> {vdot; wdot} at the step's start and end; a there, for the step that `h_old` says; algebraic unknowns at the end.
+      real(wp), allocatable :: rate(:), rate_new(:), a(:), a_new(:), a_now(:), z_new(:)
       !> d, and its formal derivative.
       real(wp), allocatable :: d(:), d_rate(:), correction(:)
       !> Where the system is looked at.
       type(state_t) :: at
-      real(wp), allocatable :: y(:), ydot(:), r(:), error(:, :)
+      real(wp), allocatable :: y(:), r(:), error(:, :)
       complex(wp), allocatable :: r_complex(:)
       !> States and derivatives at both ends, for output inside.
       real(wp), allocatable :: y_start(:), y_end(:), ydot_start(:), ydot_end(:)
    contains
       procedure :: init
       procedure :: start
-      procedure :: first_step
       procedure :: try
       procedure :: accept
       procedure :: prepare_dense
       procedure :: interpolate
       procedure :: serialize
-      procedure :: failure
    end type generalized_alpha_t
 
 contains
@@ -148,36 +136,10 @@ contains
       integer, intent(out) :: info
 
       call meet_system(self, ode)
-      call self%newton%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, self%work, info)
-      self%integrand_behind = ode%integrand
+      call self%begin(ode, t, y, info)
       self%rate(:) = self%ydot(self%n_x + 1:)
       self%a(:) = self%rate
-      self%knows_z = info == rhs_ok
-      self%has_history = .false.
-      self%cap = huge(1.0_wp)
    end subroutine start
-
-   !> Length of the first step.
-   subroutine first_step(self, ode, control, t, y, longest, h)
-      !> The stepper, behind `start`.
-      class(generalized_alpha_t), intent(inout) :: self
-      !> What is integrated.
-      class(ode_system_t), intent(inout) :: ode
-      !> Norm of errors.
-      type(step_control_t), intent(in) :: control
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> State: (n).
-      real(wp), intent(in), contiguous :: y(:)
-      !> Length of the longest first step, with the sign of the direction [s].
-      real(wp), intent(in) :: longest
-      !> Proposed length, with the sign of the direction [s].
-      real(wp), intent(out) :: h
-
-      h = control%cautious_start(self%ydot, y, longest)
-      associate (unused_system => ode, unused_time => t)
-      end associate
-   end subroutine first_step
 
    !> One try.
    subroutine try(self, ode, control, t, y, t_new, h, y_new, h_next, accepted, info)
@@ -203,7 +165,7 @@ contains
       logical, intent(out) :: accepted
       !> `rhs_ok`, or why there is no new state.
       integer, intent(out) :: info
-      logical :: better, converged, stale
+      logical :: again, converged, stale
       real(wp) :: integrand
 
       accepted = .false.
@@ -220,7 +182,7 @@ contains
          call predict(self, ode, t_new, y, h)
          call self%newton%prepare(ode, t_new, h, self%y, self%ydot, self%z_new, self%nu, self%work, info)
          if (info /= rhs_ok) then
-            call give_up(self, h, h_next)
+            call self%give_up(h, h_next)
             return
          end if
          call iterate(self, ode, control, t_new, y, h, converged, info)
@@ -228,17 +190,8 @@ contains
          call self%newton%count(self%work)
          if (converged) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
-         better = info == rhs_ok
-         if (better) call self%newton%improve(better)
-         if (.not. better) then
-            if (info == rhs_ok) then
-               info = rhs_not_solved
-               call self%newton%blame(control, self%error(:, 1), y, self%y)
-            end if
-            call give_up(self, h, h_next)
-            return
-         end if
-         ! A shorter step only if better matrices do not help.
+         call self%improve(control, self%error(:, 1), y, self%y, h, h_next, again, info)
+         if (.not. again) return
       end do
       y_new(:) = self%y
       if (control%fixed) then
@@ -250,7 +203,7 @@ contains
       call ode%project(t_new, y_new, step_end, stale, info)
       if (info /= rhs_ok) then
          accepted = .false.
-         call give_up(self, h, h_next)
+         call self%give_up(h, h_next)
          return
       end if
       self%h_try = h
@@ -388,21 +341,8 @@ contains
       call ode%weigh_error(h, self%error(:, 1))
       call control%decide(h, self%error, y, y_new, h_next, accepted)
       if (.not. accepted) return
-      if (self%newton%contraction <= good_contraction .and. h_next/h >= 1.0_wp .and. h_next/h <= worth_growing) h_next = h
-      if (abs(h_next) > self%cap) h_next = sign(self%cap, h)
-      if (self%cap < huge(1.0_wp)) self%cap = growth_of_cap*self%cap
+      call self%limit(h, h_next)
    end subroutine judge
-
-   !> Prepares a shorter try after one without a result.
-   pure subroutine give_up(self, h, h_next)
-      type(generalized_alpha_t), intent(inout) :: self
-      real(wp), intent(in) :: h
-      real(wp), intent(out) :: h_next
-
-      self%cap = cap_after_failure*abs(h)
-      h_next = 0.5_wp*h
-      call self%newton%drop()
-   end subroutine give_up
 
    !> The end of the last try is where the next one starts.
    subroutine accept(self)
@@ -412,9 +352,7 @@ contains
       self%rate(:) = self%rate_new
       self%a(:) = self%a_new
       self%z(:) = self%z_new
-      self%h_old = self%h_try
-      self%has_history = .true.
-      call self%newton%accept()
+      call self%advance()
    end subroutine accept
 
    !> States and derivatives at both ends.
@@ -475,18 +413,6 @@ contains
       y(:) = (1.0_wp + 2.0_wp*theta)*back**2*self%y_start + theta**2*(1.0_wp + 2.0_wp*back)*self%y_end + &
              theta*back*(back*self%ydot_start - theta*self%ydot_end)
    end subroutine interpolate
-
-   !> Why the last try has failed, in words.
-   subroutine failure(self, ode, text)
-      !> The stepper.
-      class(generalized_alpha_t), intent(in) :: self
-      !> What is integrated.
-      class(ode_system_t), intent(in) :: ode
-      !> One line, may be empty.
-      character(:), allocatable, intent(out) :: text
-
-      call self%newton%explain(ode, text)
-   end subroutine failure
 
    !> Passes what is remembered between two steps through an archive; matrices are built again from where they were built.
    subroutine serialize(self, archive)

@@ -8,96 +8,43 @@
 module taut_ode_stepper_radau
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
-   use taut_ode_newton, only: good_contraction, most_iterations, newton_t
+   use taut_ode_newton, only: most_iterations
    use taut_ode_step_control, only: step_control_t
-   use taut_ode_stepper, only: stepper_t
-   use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_failed, rhs_not_solved, rhs_ok, step_end
+   use taut_ode_stepper_implicit, only: implicit_stepper_t
+   use taut_ode_stepper_radau_tableau, only: b, b_low, c, d, e, from_modes, increments, nu, through_stages, to_modes
+   use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_failed, rhs_ok, step_end
    implicit none (type, external)
    private
    public :: radau_t
 
-   real(wp), parameter :: s6 = sqrt(6.0_wp)
-   !> Nodes.
-   real(wp), parameter :: c(3) = [(4.0_wp - s6)/10.0_wp, (4.0_wp + s6)/10.0_wp, 1.0_wp]
-   !> Weights of barycentric interpolation at the nodes, with the step's start.
-   real(wp), parameter :: weight(3) = [1.0_wp/(c(1)*(c(1) - c(2))*(c(1) - 1.0_wp)), &
-                                       1.0_wp/(c(2)*(c(2) - c(1))*(c(2) - 1.0_wp)), 1.0_wp/((1.0_wp - c(1))*(1.0_wp - c(2)))]
-   !> h ydot at the nodes from the increments there: the inverse of the Runge-Kutta matrix, column by column.
-   real(wp), parameter :: d(3, 3) = reshape([ &
-      1.0_wp/c(1) + 1.0_wp/(c(1) - c(2)) + 1.0_wp/(c(1) - 1.0_wp), weight(1)/weight(2)/(c(2) - c(1)), &
-      weight(1)/weight(3)/(1.0_wp - c(1)), &
-      weight(2)/weight(1)/(c(1) - c(2)), 1.0_wp/c(2) + 1.0_wp/(c(2) - c(1)) + 1.0_wp/(c(2) - 1.0_wp), &
-      weight(2)/weight(3)/(1.0_wp - c(2)), &
-      weight(3)/weight(1)/(c(1) - 1.0_wp), weight(3)/weight(2)/(c(2) - 1.0_wp), &
-      1.0_wp + 1.0_wp/(1.0_wp - c(1)) + 1.0_wp/(1.0_wp - c(2))], [3, 3])
-   !> Eigenvalues of d: one real, a complex pair.
-   real(wp), parameter :: root = 3.0_wp**(2.0_wp/3.0_wp), root_2 = 3.0_wp*3.0_wp**(1.0_wp/3.0_wp)
-   real(wp), parameter :: nu_real = 30.0_wp/(6.0_wp + root_2 - root)
-   real(wp), parameter :: inverse_real = (12.0_wp - root_2 + root)/60.0_wp, inverse_imaginary = (root_2 + root)*sqrt(3.0_wp)/60.0_wp
-   real(wp), parameter :: square = inverse_real**2 + inverse_imaginary**2
-   complex(wp), parameter :: nu(2) = [cmplx(nu_real, 0.0_wp, wp), cmplx(inverse_real/square, inverse_imaginary/square, wp)]
-   !> Eigenvectors of d, and their inverse, rounded as in RADAU5 of E. Hairer and G. Wanner; column by column.
-   real(wp), parameter :: from_modes(3, 3) = reshape([ &
-      9.1232394870892942792e-02_wp, 0.24171793270710701896_wp, 0.96604818261509293619_wp, &
-      -0.14125529502095420843_wp, 0.20412935229379993199_wp, 1.0_wp, &
-      -3.0029194105147424492e-02_wp, 0.38294211275726193779_wp, 0.0_wp], [3, 3])
-   real(wp), parameter :: to_modes(3, 3) = reshape([ &
-      4.3255798900631553510_wp, -4.1787185915519047273_wp, -0.50287263494578687595_wp, &
-      0.33919925181580986954_wp, -0.32768282076106238708_wp, 2.5719269498556054292_wp, &
-      0.54177053993587487119_wp, 0.47662355450055045196_wp, -0.59603920482822492497_wp], [3, 3])
-   !> The estimate of the error: ydot + e z/h.
-   real(wp), parameter :: e(3) = [-(13.0_wp + 7.0_wp*s6)/3.0_wp, (-13.0_wp + 7.0_wp*s6)/3.0_wp, -1.0_wp/3.0_wp]
-
-   !> Weights of the solution: those of the integral over the step.
-   real(wp), parameter :: b(3) = [(16.0_wp - s6)/36.0_wp, (16.0_wp + s6)/36.0_wp, 1.0_wp/9.0_wp]
-   real(wp), parameter :: b_second = (0.5_wp*c(2) - 1.0_wp/3.0_wp)/(c(1)*(c(2) - c(1))), &
-                          b_third = (0.5_wp*c(1) - 1.0_wp/3.0_wp)/(c(2)*(c(1) - c(2)))
-   !> Weights at the start and the first two stages, of order 3: for an estimate of its error.
-   real(wp), parameter :: b_low(3) = [1.0_wp - b_second - b_third, b_second, b_third]
-
-   !> The step and the factors are kept while the step could grow by no more than this.
-   real(wp), parameter :: worth_growing = 1.2_wp
-   !> After an iteration that failed: the share of the step that is allowed next, and its growth per step.
-   real(wp), parameter :: cap_after_failure = 0.8_wp, growth_of_cap = 1.05_wp
-   !> Tries without a solution before the equations are asked to hold what hampers it: what they hold costs accuracy.
-   integer, parameter :: patience = 0
    !> The least error that the predictive controller remembers.
    real(wp), parameter :: least_error = 1.0e-2_wp
    !> Limits of the change of a step, and safety.
    real(wp), parameter :: largest_growth = 8.0_wp, largest_reduction = 0.2_wp, safety = 0.9_wp
 
    !> The stepper and what it remembers.
-   type, extends(stepper_t) :: radau_t
-      type(newton_t), private :: newton
-      integer, private :: n_z = 0
-      !> Of the last accepted step: its length and its error; the longest step allowed after a failure.
-      real(wp), private :: h_old = 0.0_wp, error_old = 0.0_wp, cap = huge(1.0_wp)
-      !> Whether there is a step before; whether a try was rejected; whether z is known.
-      logical, private :: has_history = .false., rejected = .false., knows_z = .false.
-      !> Tries without a solution since the last step that holds.
-      integer, private :: failures = 0
-      !> Derivative and algebraic unknowns at the step's start, and the derivative at its end.
-      real(wp), allocatable, private :: ydot(:), z(:), ydot_new(:)
+   type, extends(implicit_stepper_t) :: radau_t
+      !> Error of the last accepted step.
+      real(wp), private :: error_old = 0.0_wp
+      !> Derivative at the step's end: (n).
+      real(wp), allocatable, private :: ydot_new(:)
       !> Increments of the stages and their algebraic unknowns, of this try and of the step before.
       real(wp), allocatable, private :: y_stage(:, :), z_stage(:, :), y_last(:, :), z_last(:, :)
       !> The system's integrand at the stages.
       real(wp), private :: integrand(3) = 0.0_wp
-      !> The step's length, the state at its start, and what the projection has added at its end.
-      real(wp), private :: h_try = 0.0_wp
+      !> The state at the step's start, and what the projection has added at its end.
       real(wp), allocatable, private :: y_start(:), shift(:)
       real(wp), allocatable, private :: r(:, :), rate(:), state(:), work_y(:), work_r(:)
       complex(wp), allocatable, private :: r_real(:), r_complex(:)
    contains
       procedure :: init
       procedure :: start
-      procedure :: first_step
       procedure :: try
       procedure :: accept
       procedure :: prepare_dense
       procedure :: interpolate
       procedure :: integral_inside
       procedure :: serialize
-      procedure :: failure
    end type radau_t
 
 contains
@@ -149,37 +96,9 @@ contains
       integer, intent(out) :: info
 
       call meet_system(self, ode)
-      call self%newton%start(ode, t, y, .not. self%knows_z, self%ydot, self%z, self%work, info)
-      self%integrand_behind = ode%integrand
-      self%knows_z = info == rhs_ok
-      self%has_history = .false.
-      self%rejected = .false.
-      self%failures = 0
+      call self%begin(ode, t, y, info)
       self%error_old = least_error
-      self%cap = huge(1.0_wp)
    end subroutine start
-
-   !> Length of the first step: by which the state moves by a thousandth of itself.
-   subroutine first_step(self, ode, control, t, y, longest, h)
-      !> The stepper, behind `start`.
-      class(radau_t), intent(inout) :: self
-      !> What is integrated.
-      class(ode_system_t), intent(inout) :: ode
-      !> Norm of errors.
-      type(step_control_t), intent(in) :: control
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> State: (n).
-      real(wp), intent(in), contiguous :: y(:)
-      !> Length of the longest first step, with the sign of the direction [s].
-      real(wp), intent(in) :: longest
-      !> Proposed length, with the sign of the direction [s].
-      real(wp), intent(out) :: h
-
-      h = control%cautious_start(self%ydot, y, longest)
-      associate (unused_system => ode, unused_time => t)
-      end associate
-   end subroutine first_step
 
    !> One try.
    subroutine try(self, ode, control, t, y, t_new, h, y_new, h_next, accepted, info)
@@ -206,7 +125,7 @@ contains
       !> `rhs_ok`, or why there is no new state.
       integer, intent(out) :: info
       integer :: i
-      logical :: better, converged, stale, yields
+      logical :: again, converged, stale, yields
 
       accepted = .false.
       h_next = h
@@ -214,28 +133,19 @@ contains
       do
          call get_matrices(self, ode, t, y, h, info)
          if (info /= rhs_ok) then
-            call give_up(self, h, h_next)
+            call self%give_up(h, h_next)
             return
          end if
          call iterate(self, ode, control, t, y, t_new, h, converged, info)
          call self%newton%count(self%work)
          if (converged) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
-         if (self%newton%fresh .and. info == rhs_ok .and. self%failures >= patience) then
+         if (self%newton%fresh .and. info == rhs_ok) then
             call self%newton%yield(h, yields, info)
             if (yields .and. info == rhs_ok) cycle
          end if
-         better = info == rhs_ok
-         if (better) call self%newton%improve(better)
-         if (.not. better) then
-            if (info == rhs_ok) then
-               info = rhs_not_solved
-               call self%newton%blame(control, self%work_y, y, self%state)
-            end if
-            call give_up(self, h, h_next)
-            return
-         end if
-         ! A shorter step only if better matrices do not help.
+         call self%improve(control, self%work_y, y, self%state, h, h_next, again, info)
+         if (.not. again) return
       end do
       do i = 1, self%n
          y_new(i) = y(i) + self%y_stage(i, 3)
@@ -252,7 +162,7 @@ contains
       call ode%project(t_new, y_new, step_end, stale, info)
       if (info /= rhs_ok) then
          accepted = .false.
-         call give_up(self, h, h_next)
+         call self%give_up(h, h_next)
          return
       end if
       self%shift(:) = y_new - self%state
@@ -262,7 +172,7 @@ contains
          call ode%weigh_error(h, self%work_y)
          accepted = control%norm(self%work_y, y, y_new) <= 1.0_wp
          if (.not. accepted) then
-            call give_up(self, h, h_next)
+            call self%give_up(h, h_next)
             return
          end if
       end if
@@ -299,19 +209,6 @@ contains
          call self%newton%equations%settle(self%z, self%z_stage(:, i))
       end do
    end subroutine get_matrices
-
-   !> Prepares a shorter try after one without a result.
-   pure subroutine give_up(self, h, h_next)
-      type(radau_t), intent(inout) :: self
-      real(wp), intent(in) :: h
-      real(wp), intent(out) :: h_next
-
-      self%failures = self%failures + 1
-      self%cap = cap_after_failure*abs(h)
-      h_next = 0.5_wp*h
-      call self%newton%drop()
-      self%rejected = .true.
-   end subroutine give_up
 
    !> The error of a step, and the length of the next.
    subroutine judge(self, ode, control, y, y_new, h, accepted, h_next)
@@ -355,10 +252,8 @@ contains
       growth = min(largest_growth, max(largest_reduction, growth))
       if (self%rejected) growth = min(1.0_wp, growth)
       self%error_old = max(least_error, size_of_error)
-      if (self%newton%contraction <= good_contraction .and. growth >= 1.0_wp .and. growth <= worth_growing) growth = 1.0_wp
       h_next = growth*h
-      if (abs(h_next) > self%cap) h_next = sign(self%cap, h)
-      if (self%cap < huge(1.0_wp)) self%cap = growth_of_cap*self%cap
+      call self%limit(h, h_next)
    end subroutine judge
 
    !> The stages as the polynomial of the step before has them.
@@ -395,26 +290,6 @@ contains
          sum(i) = weights(1)*columns(i, 1) + weights(2)*columns(i, 2) + weights(3)*columns(i, 3)
       end do
    end subroutine combine
-
-   !> Weights of the stages' increments at a fraction of the step: the polynomial of degree 3 that starts from zero.
-   pure function increments(theta) result(w)
-      real(wp), intent(in) :: theta
-      real(wp) :: w(3)
-
-      w(1) = theta*(theta - c(2))*(theta - 1.0_wp)*weight(1)
-      w(2) = theta*(theta - c(1))*(theta - 1.0_wp)*weight(2)
-      w(3) = theta*(theta - c(1))*(theta - c(2))*weight(3)
-   end function increments
-
-   !> Weights of the stages' values at a fraction of the step: the polynomial of degree 2.
-   pure function through_stages(theta) result(w)
-      real(wp), intent(in) :: theta
-      real(wp) :: w(3)
-
-      w(1) = (theta - c(2))*(theta - 1.0_wp)/((c(1) - c(2))*(c(1) - 1.0_wp))
-      w(2) = (theta - c(1))*(theta - 1.0_wp)/((c(2) - c(1))*(c(2) - 1.0_wp))
-      w(3) = (theta - c(1))*(theta - c(2))/((1.0_wp - c(1))*(1.0_wp - c(2)))
-   end function through_stages
 
    !> Newton's iteration on the three stages.
    subroutine iterate(self, ode, control, t, y, t_new, h, converged, info)
@@ -495,11 +370,7 @@ contains
       do j = 1, self%n_z
          self%z(j) = self%z_stage(j, 3)
       end do
-      self%h_old = self%h_try
-      self%has_history = .true.
-      self%failures = 0
-      self%rejected = .false.
-      call self%newton%accept()
+      call self%advance()
    end subroutine accept
 
    !> The polynomial through the step's start and its stages is there already.
@@ -559,18 +430,6 @@ contains
       value = h*theta/6.0_wp*dot_product(through_stages(0.0_wp) + 4.0_wp*through_stages(0.5_wp*theta) + through_stages(theta), &
                                          self%integrand)
    end function integral_inside
-
-   !> Why the last try has failed, in words.
-   subroutine failure(self, ode, text)
-      !> The stepper.
-      class(radau_t), intent(in) :: self
-      !> What is integrated.
-      class(ode_system_t), intent(in) :: ode
-      !> One line, may be empty.
-      character(:), allocatable, intent(out) :: text
-
-      call self%newton%explain(ode, text)
-   end subroutine failure
 
    !> Passes what is remembered between two steps through an archive; matrices are built again from where they were built.
    subroutine serialize(self, archive)
