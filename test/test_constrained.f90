@@ -95,10 +95,10 @@ contains
    !> r = cosh(rate t); the wire pushes with 2 m rate rdot.
    subroutine bead_on_wire(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(len=24), parameter :: names(12) = [character(len=24) :: 'present', 'baseline', 'baumgarte', 'braun-goldfarb', &
+      character(len=24), parameter :: names(13) = [character(len=24) :: 'present', 'baseline', 'baumgarte', 'braun-goldfarb', &
                                                   'yu-chen', 'coordinate-projection', 'minimal-coordinates', &
                                                   'augmented-lagrangian', 'udwadia-kalaba', 'dummy-derivatives', &
-                                                  'gear-gupta-leimkuhler', 'fuhrer-leimkuhler']
+                                                  'gear-gupta-leimkuhler', 'fuhrer-leimkuhler', 'embedded-projection']
       type(particle_t) :: system
       type(method_t) :: method
       type(integration_result_t) :: result
@@ -107,6 +107,7 @@ contains
       type(state_t) :: at
       type(error_t), allocatable :: error
       real(wp), parameter :: rate = 1.3_wp, t = 2.0_wp
+      real(wp) :: allowed
       integer :: i
 
       system = new_particle(bead, rate=rate)
@@ -118,9 +119,11 @@ contains
          call check_below(failure, maxval(abs(at%x - cosh(rate*t)*[cos(rate*t), sin(rate*t)])), 1.0e-8_wp, &
                           trim(names(i))//': motion')
          call inspect(ode, at, s)
-         ! Half-explicit multipliers of stabilized index 2 are those of the stage before.
-         call check_close(failure, s%lambda(1), -2.0_wp*rate**2*sinh(rate*t), &
-                          merge(1.0e-2_wp, 1.0e-7_wp, names(i) == 'gear-gupta-leimkuhler'), trim(names(i))//': reaction')
+         ! Half-explicit multipliers of stabilized index 2 are those of the stage before, others the mean of the step before.
+         allowed = 1.0e-7_wp
+         if (names(i) == 'gear-gupta-leimkuhler') allowed = 1.0e-2_wp
+         if (names(i) == 'embedded-projection') allowed = 2.0e-1_wp
+         call check_close(failure, s%lambda(1), -2.0_wp*rate**2*sinh(rate*t), allowed, trim(names(i))//': reaction')
          if (i == 1) call check_below(failure, max(s%phi, s%phidot), 1.0e-12_wp, 'compliance')
       end do
       ! A start with the velocity forgotten is given it by the constraint: b' is not zero.
@@ -153,10 +156,10 @@ contains
    !> x = a sin^2, y = a (rate t - sin cos) with a = g/(2 rate^2): a cycloid, though gravity points along x.
    subroutine knife_edge(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(len=24), parameter :: names(11) = [character(len=24) :: 'present', 'baseline', 'baumgarte', 'braun-goldfarb', &
+      character(len=24), parameter :: names(12) = [character(len=24) :: 'present', 'baseline', 'baumgarte', 'braun-goldfarb', &
                                                   'coordinate-projection', 'minimal-coordinates', 'augmented-lagrangian', &
                                                   'udwadia-kalaba', 'dummy-derivatives', 'gear-gupta-leimkuhler', &
-                                                  'fuhrer-leimkuhler']
+                                                  'fuhrer-leimkuhler', 'embedded-projection']
       type(method_t) :: method
       type(integration_result_t) :: result
       class(constrained_ode_t), allocatable :: ode
@@ -208,10 +211,10 @@ contains
    !> A compound pendulum swings like a simple one of length (I + m arm^2)/(m arm).
    subroutine compound_pendulum(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(len=24), parameter :: names(10) = [character(len=24) :: 'present', 'baseline', 'braun-goldfarb', &
+      character(len=24), parameter :: names(11) = [character(len=24) :: 'present', 'baseline', 'braun-goldfarb', &
                                                   'coordinate-projection', 'minimal-coordinates', 'augmented-lagrangian', &
                                                   'udwadia-kalaba', 'dummy-derivatives', 'gear-gupta-leimkuhler', &
-                                                  'fuhrer-leimkuhler']
+                                                  'fuhrer-leimkuhler', 'embedded-projection']
       type(compound_t) :: system
       type(method_t) :: method
       type(integration_result_t) :: result

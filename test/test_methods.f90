@@ -2,7 +2,7 @@
 module test_methods
    use closed_forms, only: pendulum_motion
    use systems, only: new_compound, new_coupler, new_particle, sleigh_in_space
-   use taut, only: constrained_ode_t, error_t, integration_options_t, integration_result_t, mechanical_system_t, &
+   use taut, only: block_diagonal_t, constrained_ode_t, error_t, integration_options_t, integration_result_t, mechanical_system_t, &
                    method_names, method_t, &
                    observer_t, ode_system_t, &
                    sample_t, simulate, state_t, status_reached_end, wp
@@ -28,6 +28,16 @@ module test_methods
    contains
       procedure :: acceleration_rhs => wrong_second_derivative
    end type no_derivative_t
+
+   !> A particle of 2 kg on the wire x = 1, in polar coordinates, so that M depends on them.
+   type, extends(mechanical_system_t) :: polar_t
+   contains
+      procedure :: mass => polar_mass
+      procedure :: force => polar_force
+      procedure :: constraint => polar_constraint
+      procedure :: jacobian => polar_jacobian
+      procedure :: acceleration_rhs => polar_second_derivative
+   end type polar_t
 
    !> How a pendulum, released from the horizontal at rest, has swung.
    type :: swung_t
@@ -57,6 +67,9 @@ contains
                new_test('dummy derivatives keep all levels and switch', dummy_switches), &
                new_test('Gear, Gupta and Leimkuhler ask for no second derivative', no_second_derivative), &
                new_test('stabilized index 2 keeps two levels, with the second derivative three', stabilized_levels), &
+               new_test('embedded projection: the impulse of the reactions is no velocity', embedded_impulse), &
+               new_test('embedded projection keeps two levels and asks for no second derivative', embedded_levels), &
+               new_test('embedded projection with masses that depend on coordinates', embedded_mass), &
                new_test('output between the steps changes no step', output_changes_nothing), &
                new_test('methods with full matrices refuse large systems', too_large)]
    end function collect_methods
@@ -127,6 +140,7 @@ contains
       call order('Udwadia and Kalaba', method_t(name='udwadia-kalaba'), 5)
       call order('dummy derivatives', method_t(name='dummy-derivatives'), 5)
       call order('Fuhrer and Leimkuhler', method_t(name='fuhrer-leimkuhler'), 5)
+      call order('embedded projection', method_t(name='embedded-projection'), 5)
       call order('Gear, Gupta and Leimkuhler', method_t(name='gear-gupta-leimkuhler'), 3)
       call order('positions that drift', &
                  method_t(name='minimal-coordinates', stage_projection='none', state_projection='none'), 5)
@@ -473,6 +487,141 @@ contains
       call check_below(failure, swung%levels%tension, 1.0e-5_wp, 'three levels: tension')
       call cranks('fuhrer-leimkuhler', method_t(name='fuhrer-leimkuhler'), failure)
    end subroutine stabilized_levels
+
+   !> At {0.6, -0.8}: what an impulse along the rod adds to v* moves nothing but turns with the rod; what is along the circle does.
+   subroutine embedded_impulse(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(pendulum_t) :: model
+      class(constrained_ode_t), allocatable :: ode
+      type(sample_t) :: s
+      type(error_t), allocatable :: error
+      real(wp), parameter :: rod(2) = [0.6_wp, -0.8_wp], v(2) = [0.8_wp, 0.6_wp], impulse = 2.5_wp, since = 0.5_wp
+      real(wp) :: dydt(7), y(7)
+      integer :: info
+
+      call new_pendulum(model, 1.0_wp, 1.0_wp, g, 1, error)
+      call new_constrained_ode(ode, model, method_t(name='embedded-projection'), error)
+      y = [rod, v, impulse*rod, since]
+      call ode%rhs(0.0_wp, y, dydt, info)
+      call check_below(failure, maxval(abs(dydt(1:2) - v)), 1.0e-14_wp, 'v is v* without the impulse')
+      ! The rod turns with v: so does the impulse along it.
+      call check_below(failure, maxval(abs(dydt(3:4) - ([0.0_wp, -g] + impulse*v))), 1.0e-7_wp, 'the impulse turns')
+      y = [rod, v + impulse*rod, 0.0_wp, 0.0_wp, since]
+      call ode%rhs(0.0_wp, y, dydt, info)
+      call check_below(failure, maxval(abs(dydt(1:2) - v)), 1.0e-14_wp, 'the sum counts')
+      call ode%sample(0.0_wp, y, s, info)
+      call check_close(failure, s%lambda(1), impulse/since, 1.0e-13_wp, 'the reaction is its impulse over its time')
+      y(3:4) = y(3:4) + 0.3_wp*v
+      call ode%rhs(0.0_wp, y, dydt, info)
+      call check_below(failure, maxval(abs(dydt(1:2) - 1.3_wp*v)), 1.0e-14_wp, 'along the circle')
+   end subroutine embedded_impulse
+
+   !> Positions and velocities to round-off, accelerations and multipliers to first order of the step, whatever b'' is.
+   subroutine embedded_levels(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(swung_t) :: coarse, fine
+      type(no_derivative_t) :: model
+      type(integration_options_t) :: options
+      type(integration_result_t) :: result
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      real(wp) :: angle, period, rate
+
+      call swing(method_t(name='embedded-projection'), 5.0_wp, coarse, failure, rtol=1.0e-9_wp)
+      call check_below(failure, max(coarse%levels%phi, coarse%levels%phidot), 2.0e-12_wp, 'positions and velocities')
+      call check_below(failure, coarse%levels%motion, 1.0e-6_wp, 'motion')
+      call check(failure, coarse%levels%phiddot > 1.0e-3_wp, 'accelerations are not met')
+      call swing(method_t(name='embedded-projection'), 1.0_wp, coarse, failure, step=1.0_wp/256.0_wp)
+      call swing(method_t(name='embedded-projection'), 1.0_wp, fine, failure, step=1.0_wp/512.0_wp)
+      call check_close(failure, coarse%levels%tension/fine%levels%tension, 2.0_wp, 0.02_wp, 'multipliers: first order')
+      call cranks('embedded-projection', method_t(name='embedded-projection'), failure)
+
+      call pendulum_motion(1.0_wp, 1.0_wp, g, right_angle, angle, rate, period)
+      call new_pendulum(model%pendulum_t, 1.0_wp, 1.0_wp, g, 1, error)
+      at%x = [1.0_wp, 0.0_wp]
+      at%v = [0.0_wp, 0.0_wp]
+      options%rtol = 1.0e-9_wp
+      options%atol = 1.0e-9_wp
+      call simulate(model, at, 1.0_wp, result, error, method_t(name='embedded-projection'), options, look=.false.)
+      call no_error(failure, error)
+      call check_below(failure, maxval(abs(at%x - [sin(angle), -cos(angle)])), 1.0e-7_wp, 'motion with a b'''' that is wrong')
+   end subroutine embedded_levels
+
+   !> On a straight wire without forces the velocity stays, and nothing is lateral.
+   subroutine embedded_mass(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(polar_t) :: model
+      type(integration_options_t) :: options
+      type(integration_result_t) :: result
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      real(wp) :: off(2)
+      integer :: i
+
+      call model%define(n=2, c=1, mass_blocks=[1, 1])
+      options%step_control = 'fixed'
+      do i = 1, 2
+         options%first_step = 0.1_wp/i
+         at%t = 0.0_wp
+         at%x = [1.0_wp, 0.0_wp]
+         at%v = [0.0_wp, 1.5_wp]
+         call simulate(model, at, 2.0_wp, result, error, method_t(name='embedded-projection'), options)
+         call no_error(failure, error)
+         off(i) = abs(at%x(1)*sin(at%x(2)) - 3.0_wp)
+      end do
+      call check_below(failure, off(2), 1.0e-5_wp, 'motion')
+      call check_close(failure, log(off(1)/off(2))/log(2.0_wp), 5.0_wp, 0.7_wp, 'order')
+   end subroutine embedded_mass
+
+   subroutine polar_mass(self, at, m)
+      class(polar_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(block_diagonal_t), intent(inout) :: m
+
+      call m%set_diagonal(2.0_wp*[1.0_wp, at%x(1)**2])
+      associate (unused => self)
+      end associate
+   end subroutine polar_mass
+
+   subroutine polar_force(self, at, value)
+      class(polar_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      value(:) = 2.0_wp*at%x(1)*at%v(2)*[at%v(2), -2.0_wp*at%v(1)]
+      associate (unused => self)
+      end associate
+   end subroutine polar_force
+
+   subroutine polar_constraint(self, at, value)
+      class(polar_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      value(:) = at%x(1)*cos(at%x(2)) - 1.0_wp
+      associate (unused => self)
+      end associate
+   end subroutine polar_constraint
+
+   subroutine polar_jacobian(self, at, a)
+      class(polar_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: a(:, :)
+
+      a(1, :) = [cos(at%x(2)), -at%x(1)*sin(at%x(2))]
+      associate (unused => self)
+      end associate
+   end subroutine polar_jacobian
+
+   subroutine polar_second_derivative(self, at, value)
+      class(polar_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      value(:) = at%v(2)*(2.0_wp*sin(at%x(2))*at%v(1) + at%x(1)*cos(at%x(2))*at%v(2))
+      associate (unused => self)
+      end associate
+   end subroutine polar_second_derivative
 
    !> What is looked up inside a step leaves no trace in the next one.
    subroutine output_changes_nothing(failure)

@@ -166,12 +166,12 @@ contains
       call self%mass%init(self%model)
       call self%m%init(self%model%mass_blocks)
       call self%reactions%init(self%model)
+      self%coordinates = model%n_x
+      self%velocities = model%n
       call self%set_up(error)
       if (self%model%reactive .and. .not. self%carries_reactions .and. .not. allocated(error)) &
          call raise(error, method%place(), 'it has no multipliers for forces that depend on them', 'use "present"')
       allocate (self%dydt(self%size()), source=0.0_wp)
-      self%coordinates = model%n_x
-      self%velocities = model%n
    end subroutine init
 
    !> Whether the options that are a method's own make sense; the default has none.
@@ -293,9 +293,9 @@ contains
    end function is_at
 
    !> vdot of a derivative that `rhs` has just found.
-   pure subroutine accelerations(self, dydt, vdot)
+   subroutine accelerations(self, dydt, vdot)
       !> The formulation.
-      class(constrained_ode_t), intent(in) :: self
+      class(constrained_ode_t), intent(inout) :: self
       !> The derivative: (size).
       real(wp), intent(in), contiguous :: dydt(:)
       !> Accelerations: (n).

@@ -8,11 +8,11 @@ module taut_constrained_method_options
    public :: method_t, method_names
 
    !> All methods.
-   character(len=21), parameter :: method_names(15) = [character(len=21) :: 'baseline', 'present', 'baumgarte', &
+   character(len=21), parameter :: method_names(16) = [character(len=21) :: 'baseline', 'present', 'baumgarte', &
                                                       'braun-goldfarb', 'yu-chen', 'coordinate-projection', 'penalty', &
                                                       'unconstrained', 'minimal-coordinates', 'bayo-penalty', &
                                                        'augmented-lagrangian', 'udwadia-kalaba', 'dummy-derivatives', &
-                                                       'gear-gupta-leimkuhler', 'fuhrer-leimkuhler']
+                                                       'gear-gupta-leimkuhler', 'fuhrer-leimkuhler', 'embedded-projection']
 
    !> A method and its options. Texts may be padded with blanks.
    type :: method_t
@@ -27,7 +27,8 @@ module taut_constrained_method_options
       !! phi) = f, the second with multipliers corrected until the accelerations meet it. `udwadia-kalaba`: vdot = a + M^-1/2 (A
       !! M^-1/2)^+ (b'' - A a). `dummy-derivatives`: phi = 0, A v = b' and A vdot = b'' solved for dependent variables (Mattsson
       !! and Soderlind). `gear-gupta-leimkuhler`, `fuhrer-leimkuhler`: stabilized index 2, the second with A vdot = b'' too,
-      !! with multipliers that are found from where a stage leads.
+      !! with multipliers that are found from where a stage leads. `embedded-projection`: velocities without the impulse of the
+      !! reactions are integrated, and the impulse meets A v = b'.
       character(len=32) :: name = 'present'
       !> W of Eqs (11a), (16), (17): `identity`, `mass` (W = M) or `given` (the system's own procedure `weight`).
       character(len=16) :: weight = 'identity'

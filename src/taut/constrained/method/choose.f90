@@ -9,6 +9,7 @@ module taut_constrained_method_choose
    use taut_constrained_method_braun_goldfarb, only: braun_goldfarb_t
    use taut_constrained_method_coordinate_projection, only: coordinate_projection_t
    use taut_constrained_method_dummy_derivatives, only: dummy_derivatives_t
+   use taut_constrained_method_embedded_projection, only: embedded_projection_t
    use taut_constrained_method_fuhrer_leimkuhler, only: fuhrer_leimkuhler_t
    use taut_constrained_method_gear_gupta_leimkuhler, only: gear_gupta_leimkuhler_t
    use taut_constrained_method_minimal_coordinates, only: minimal_coordinates_t
@@ -76,6 +77,7 @@ contains
       case ('dummy-derivatives'); allocate (dummy_derivatives_t :: ode)
       case ('gear-gupta-leimkuhler'); allocate (gear_gupta_leimkuhler_t :: ode)
       case ('fuhrer-leimkuhler'); allocate (fuhrer_leimkuhler_t :: ode)
+      case ('embedded-projection'); allocate (embedded_projection_t :: ode)
       case default
          call raise(error, method%place(), 'no method stands behind this name', 'use another one')
          return

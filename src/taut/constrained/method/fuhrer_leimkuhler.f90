@@ -23,10 +23,12 @@ module taut_constrained_method_fuhrer_leimkuhler
    !> The method `fuhrer-leimkuhler`.
    type, extends(baseline_t) :: fuhrer_leimkuhler_t
       !> Impulses of the velocities' multipliers; none; those of an error: (c).
-      real(wp), allocatable, private :: eta(:), none(:), spare(:)
+      real(wp), allocatable :: eta(:)
+      real(wp), allocatable, private :: none(:), spare(:)
    contains
       procedure :: set_up
       procedure :: rhs
+      procedure, non_overridable :: meet_state
       procedure :: project
       procedure :: filter_error
       procedure :: multipliers
@@ -66,7 +68,7 @@ contains
       last_v = n_x + self%model%n
       associate (model => self%model, at => self%at, vdot => dydt(n_x + 1:last_v))
          call self%unpack(t, y, at)
-         call meet_state(self, info)
+         call self%meet_state(info)
          if (info /= rhs_ok) return
          call model%acceleration_rhs(at, self%b_second)
          call model%force(at, self%force)
@@ -78,9 +80,11 @@ contains
       end associate
    end subroutine rhs
 
-   !> Positions by displacements, velocities by impulses.
+   !> Positions by displacements, velocities by impulses: A, M and M~ are in place behind it, and eta.
    subroutine meet_state(self, info)
-      type(fuhrer_leimkuhler_t), intent(inout) :: self
+      !> The formulation, with the state in place.
+      class(fuhrer_leimkuhler_t), intent(inout) :: self
+      !> One of the `rhs_` constants.
       integer, intent(out) :: info
 
       associate (model => self%model, at => self%at, projector => self%projector)
@@ -114,7 +118,7 @@ contains
       info = rhs_ok
       if (place /= evaluated_step_end) then
          call self%unpack(t, y, self%at)
-         call meet_state(self, info)
+         call self%meet_state(info)
       end if
       if (info == rhs_ok .and. place /= inside_step) call self%projector%check_branch(self%model, self%at, info)
       if (info /= rhs_ok) return
