@@ -23,7 +23,7 @@ from taut.report.methods.measures import (
     tension_error,
     work,
 )
-from taut.results import Results
+from taut.results import Case, Results
 
 __all__ = ["CASES", "build"]
 
@@ -56,7 +56,7 @@ def build(results: Results) -> Chapter:
 READING = (
     "Every entry is computed from the runs. A level is kept if its largest violation on the pendulum at "
     "tolerances of 10⁻⁵ is at most 10⁻¹⁰. Redundancy and the singular position are survived if the run of "
-    "the redundant loop and that of the two four-bars are there, end, and stay within a centimeter of the "
+    "the redundant loop and that of the two four-bars reach their end, and stay within a centimeter of the "
     "exact motion. Multipliers are right if the pendulum’s tension is within a thousandth of its largest "
     "value. All runs use `dopri5`; W = M for mechanisms, else W = I. Half-explicit multipliers are forces "
     "over a stage: over a first step of microseconds they are far off, and φ̈ with them."
@@ -111,14 +111,16 @@ def orders(results: Results) -> Table:
     )
 
 
+def early(case: Case, method: str) -> str:
+    """Returns how and when a run ended before its time."""
+    return f"{case.text(method, 'status')} at {number(case.number(method, 't_end'), unit='s')}"
+
+
 def numbers(results: Results, problem: Problem) -> Table:
     """Returns what each method gives on a problem."""
     case = results.case(problem.case)
     rows = []
     for method in METHODS:
-        if method.label not in case.methods:
-            rows.append((method.name, *(["–"] * 6), "does not get through"))
-            continue
         off = error(results, problem, method.label)
         rows.append(
             (
@@ -130,7 +132,7 @@ def numbers(results: Results, problem: Problem) -> Table:
                     for level in ("phi", "phidot", "phiddot")
                 ),
                 number(case.number(method.label, "energy_drift"), plus=True),
-                number(off) if math.isfinite(off) else case.text(method.label, "status"),
+                number(off) if math.isfinite(off) else early(case, method.label),
             )
         )
     return Table(
