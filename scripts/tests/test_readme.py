@@ -190,6 +190,8 @@ def pairs(lines: list[str], beginning: str) -> tuple[float, float]:
         ("sleigh", "reached-end, how far", 0.5 * 9.81 / (2 * 1.5**2) * math.sin(7.5) ** 2, 2e-8),
         ("large", "reached-end, force", 0.1 * 0.01 * 1000 * 1001 / 2, 1e-5),
         ("wind", "reached-end, rate", 0.774049, 1e-6),
+        ("actuator", "reached-end, x", 0.8 * (1.0 - 0.25 * (1 - math.exp(-4.0))), 2e-8),
+        ("actuator", "reached-end, w", math.exp(-4.0), 2e-8),
         ("events", "time", math.gamma(0.25) ** 2 / (4 * math.sqrt(math.pi * 9.81)), 2e-6),
         ("events", "tension", 3 * 9.81, 2e-6),
     ],
@@ -200,6 +202,13 @@ def test_examples_meet_closed_forms(
     computed, printed = pairs(said(name), beginning)
     assert printed == pytest.approx(closed, abs=1e-6)
     assert computed == pytest.approx(closed, abs=tolerance)
+
+
+def test_example_of_shapes_leaves_half_of_what_they_cannot_meet(said: Callable[[str], list[str]]) -> None:
+    alike, apart = (line.split() for line in said("shapes")[-2:])
+    assert alike[1:3] == apart[1:3] == ["2", "1"]
+    assert float(alike[3]) <= 1e-12
+    assert float(apart[3]) == pytest.approx(0.5 * float(apart[0]), rel=1e-6)
 
 
 def test_example_of_a_chain_keeps_its_energy(said: Callable[[str], list[str]]) -> None:
