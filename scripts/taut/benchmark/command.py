@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from taut.benchmark import figures, table
+from taut.benchmark.entrant import Peer
 from taut.benchmark.install import install
 from taut.benchmark.measure import Measurement, measure
 from taut.benchmark.peers import PEERS
@@ -33,6 +34,11 @@ def present(chosen: str | None) -> dict[str, str]:
             f"{', '.join(lacking)}: not installed; --install {','.join(lacking)} would install it"
         )
     return {name: version for name, version in versions.items() if version is not None}
+
+
+def absent(chosen: str | None) -> list[Peer]:
+    """Returns the peers that would take part if they were installed; none where some were named."""
+    return [peer for peer in PEERS.values() if chosen is None and peer.version() is None]
 
 
 def run(
@@ -64,7 +70,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="benchmark",
         description="Measures taut beside other codes on the same problems, at equal errors against "
-        "independent references: DIR/benchmark.csv, benchmark.md, work_precision.png and cost_size.png.",
+        "independent references: DIR/benchmark.csv, benchmark.md, work_precision.png, cost_size.png, and "
+        "pairs_rhs.png and pairs_time.png of the two explicit pairs.",
     )
     parser.add_argument(
         "--with", dest="peers", metavar="PEER,...", help=f"of {', '.join(PEERS)}; default: all installed"
@@ -100,7 +107,7 @@ def main() -> int:
             rows = run(problems, versions, arguments.largest, arguments.rounds, path)
         if not rows:
             raise TautError("nothing was measured")
-        page = table.markdown(rows, PROBLEMS, versions)
+        page = table.markdown(rows, PROBLEMS, versions, absent(arguments.peers))
         write_whole(path.with_suffix(".md"), page + "\n")
         for written in (path, path.with_suffix(".md"), *figures.save(rows, arguments.out)):
             print(written)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 Array = np.ndarray
+# Tolerances of problems that are not stiff.
+LADDER = tuple(float(f"1e-{digits}") for digits in range(3, 13))
 
 
 @dataclass(frozen=True)
@@ -29,8 +31,11 @@ class Problem:
     violation: Callable[[int, Array], float]
     large_sizes: tuple[int, ...] = ()
     max_step: float = 0.0
-    # What `size` counts.
+    # Whether implicit methods take part.
+    stiff: bool = False
+    # What `size` counts, and the unit of the error.
     unit: str = "masses"
+    error_unit: str = "m"
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,8 @@ class Run:
     seconds: float
     steps: int
     rhs: int
+    # Of implicit methods; one by differences costs right-hand sides, which are counted as well.
+    jacobians: int
     state: Array
 
 

@@ -1,6 +1,6 @@
-"""The two figures, drawn from the table alone: work against precision, and cost against the size."""
+"""The figures, drawn from the table alone: work against precision, cost against the size, both pairs."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -18,6 +18,10 @@ ENTRANTS: dict[str, MethodStyle] = {
     "taut": METHODS["present"],
     "taut, stages as they are": METHODS["present-position"],
     "taut, Eq. (8)": METHODS["baseline"],
+    "taut, dop853": MethodStyle("taut, dop853", "#CC79A7", "solid", "D"),
+    "taut, dop853, stages as they are": MethodStyle(
+        "taut, dop853, stages as they are", "#CC79A7", (0, (4, 2)), "d"
+    ),
     "taut, Radau IIA": MethodStyle("taut, Radau IIA", "#7F3C8D", "solid", "o"),
     "taut, generalized-alpha": MethodStyle("taut, generalized-alpha", "#7F3C8D", (0, (4, 2)), "P"),
     "SciPy RK45": MethodStyle("SciPy RK45", "#D55E00", "solid", "s"),
@@ -25,8 +29,32 @@ ENTRANTS: dict[str, MethodStyle] = {
     "SciPy Radau": MethodStyle("SciPy Radau", "#E69F00", "solid", "s"),
     "SciPy BDF": MethodStyle("SciPy BDF", "#E69F00", (0, (4, 2)), "v"),
     "SUNDIALS ARKODE": MethodStyle("SUNDIALS ARKODE", "#009E73", "solid", "^"),
+    "SUNDIALS ARKODE, order 8": MethodStyle("SUNDIALS ARKODE, order 8", "#009E73", (0, (4, 2)), "<"),
+    "SUNDIALS ARKStep": MethodStyle("SUNDIALS ARKStep", "#0072B2", (0, (4, 2)), ">"),
+    "SUNDIALS IDA": MethodStyle("SUNDIALS IDA", "#0072B2", (0, (1, 1)), "p"),
     "Pinocchio": MethodStyle("Pinocchio", "#56B4E9", "solid", "X"),
 }
+
+
+# Who is in the figures of the explicit pairs, and the problems and sizes of their panels.
+PAIRS = (
+    "taut",
+    "taut, stages as they are",
+    "taut, dop853",
+    "taut, dop853, stages as they are",
+    "SciPy DOP853",
+    "SUNDIALS ARKODE",
+    "SUNDIALS ARKODE, order 8",
+)
+PAIR_PANELS = (
+    ("pendulum", 1),
+    ("four-bar", 2),
+    ("four-bar", 40),
+    ("chain", 100),
+    ("heavy_top", 1),
+    ("bricard", 1),
+    ("andrews", 1),
+)
 
 
 def look(entrant: str) -> dict[str, object]:
@@ -80,6 +108,7 @@ def work_precision(rows: Sequence[Measurement]) -> Figure:
         mine = [row for row in rows if row.problem == name]
         size = shown_size(mine)
         unit = PROBLEMS[name].unit if name in PROBLEMS else ""
+        error_unit = PROBLEMS[name].error_unit if name in PROBLEMS else "m"
         for entrant in order(mine):
             # Errors of order one and more are no solutions.
             line = sorted(
@@ -90,7 +119,7 @@ def work_precision(rows: Sequence[Measurement]) -> Figure:
             if len(line) == 1:
                 at, said = (line[0].error, 1e3 * line[0].seconds), f"{entrant}: one setting gets below 0.5 m"
                 panel.annotate(said, at, (6, 4), textcoords="offset points", fontsize=7.5, color=GRAY)
-        panel.set(xscale="log", yscale="log", xlabel="error at the end [m]")
+        panel.set(xscale="log", yscale="log", xlabel=f"error at the end [{error_unit}]")
         panel.set_title(title(name) if size == 1 else f"{title(name)}: {size} {unit}")
     next(iter(axes.values())).set_ylabel("processor time [ms]")
     legend(figure, order(rows))
@@ -129,11 +158,52 @@ def cost_size(rows: Sequence[Measurement]) -> Figure | None:
     return figure
 
 
+def pairs(rows: Sequence[Measurement], label: str, cost: Callable[[Measurement], float]) -> Figure | None:
+    """Draws a cost against the error for both explicit pairs; nothing where one of them was not measured."""
+    mine = [row for row in rows if row.entrant in PAIRS and (row.problem, row.size) in PAIR_PANELS]
+    if not {"taut", "taut, dop853"} <= {row.entrant for row in mine}:
+        return None
+    found = [panel for panel in PAIR_PANELS if panel in {(row.problem, row.size) for row in mine}]
+    figure, axes = plt.subplots(2, 4, figsize=(13.0, 6.6), layout="constrained")
+    for (name, size), panel in zip(found, axes.flat, strict=False):
+        problem = PROBLEMS[name]
+        for entrant in order(mine):
+            line = sorted(
+                (
+                    row
+                    for row in mine
+                    if (row.problem, row.size, row.entrant) == (name, size, entrant) and row.error < 0.5
+                ),
+                key=lambda row: -row.setting,
+            )
+            panel.plot([row.error for row in line], [cost(row) for row in line], **look(entrant))
+        panel.set(xscale="log", yscale="log", xlabel=f"error at the end [{problem.error_unit}]")
+        panel.set_title(
+            f"{problem.title}: {size} {problem.unit}" if len(problem.sizes) > 1 else problem.title
+        )
+        if panel in axes[:, 0]:
+            panel.set_ylabel(label)
+    # The legend takes the first place that is left; there is one more than problems.
+    for panel in axes.flat[len(found) :]:
+        panel.axis("off")
+    handles = [
+        Line2D([0, 0.5, 1], [0, 0, 0], label=name, **look(name) | {"markevery": [1]}) for name in order(mine)
+    ]
+    axes.flat[len(found)].legend(handles=handles, loc="center", handlelength=3.4)
+    return figure
+
+
 def save(rows: Sequence[Measurement], folder: Path) -> list[Path]:
-    """Writes both figures as PNG and PDF."""
+    """Writes all figures as PNG and PDF."""
     style.use()
     paths = []
-    for name, figure in (("work_precision", work_precision(rows)), ("cost_size", cost_size(rows))):
+    drawn = {
+        "work_precision": work_precision(rows),
+        "cost_size": cost_size(rows),
+        "pairs_rhs": pairs(rows, "right-hand sides", lambda row: row.rhs),
+        "pairs_time": pairs(rows, "processor time [ms]", lambda row: 1e3 * row.seconds),
+    }
+    for name, figure in drawn.items():
         if figure is None:
             continue
         for kind in ("pdf", "png"):

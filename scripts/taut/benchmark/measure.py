@@ -32,6 +32,7 @@ class Measurement:
     setting: float
     steps: int
     rhs: int
+    jacobians: int
     seconds: float
     error: float
     violation: float
@@ -84,6 +85,7 @@ def measure(
                 setting,
                 run.steps,
                 run.rhs,
+                run.jacobians,
                 run.seconds,
                 problem.error(size, run.state, reference),
                 problem.violation(size, run.state),

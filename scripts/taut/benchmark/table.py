@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from taut.benchmark.entrant import Problem
+from taut.benchmark.entrant import Peer, Problem
 from taut.benchmark.measure import Measurement, cheapest, exponent
 from taut.errors import TautError
 from taut.results import read_table
@@ -55,26 +55,38 @@ def milliseconds(seconds: float) -> str:
     return f"{value:.{max(0, 2 - math.floor(math.log10(value)))}f}" if 0 < value < 1e3 else f"{value:.0f}"
 
 
-def comparison(problem: Problem, size: int, target: float, rows: Sequence[Measurement]) -> list[str]:
-    """Returns one comparison: each entrant's cheapest setting that reaches the error, cheapest first."""
+def comparison(
+    problem: Problem, size: int, target: float, rows: Sequence[Measurement], absent: Sequence[Peer] = ()
+) -> list[str]:
+    """Returns one comparison: each entrant's cheapest setting that reaches the error, cheapest first.
+
+    Peers that are not installed are named.
+    """
     best = cheapest(rows, target)
     ours = best.get(OURS)
+    unit = problem.error_unit
+    sized = f"{problem.title}, {size} {problem.unit}" if len(problem.sizes) > 1 else problem.title
     lines = [
-        f"### {problem.title}, {size} {problem.unit}: error {target:.0e} m or less",
+        f"### {sized}: error {target:.0e} {unit} or less",
         "",
-        "| entrant | setting | steps | ms | us per step | error [m] | violation [m] | time / taut's |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| entrant | setting | steps | rhs | Jacobians | ms | us per step "
+        f"| error [{unit}] | violation [m] | time / taut's |",
+        "| --- " * 10 + "|",
     ]
     reached = sorted((row for row in best.values() if row), key=lambda row: row.seconds)
     for row in reached:
         ratio = f"{row.seconds / ours.seconds:.3g}" if ours else ""
         lines.append(
-            f"| {row.entrant} | {row.setting:.0e} | {row.steps} | {milliseconds(row.seconds)} "
+            f"| {row.entrant} | {row.setting:.0e} | {row.steps} | {row.rhs} | {row.jacobians} "
+            f"| {milliseconds(row.seconds)} "
             f"| {row.microseconds_per_step:.3g} | {row.error:.1e} | {row.violation:.1e} | {ratio} |"
         )
     for entrant in (name for name, row in best.items() if row is None):
         nearest = min((row for row in rows if row.entrant == entrant), key=lambda row: row.error)
-        lines.append(f"| {entrant} | refused: | | | | {nearest.error:.1e} at best | | |")
+        lines.append(f"| {entrant} | refused: | | | | | | {nearest.error:.1e} at best | | |")
+    for peer in absent:
+        for entrant in peer.entrants(problem, size):
+            lines.append(f"| {entrant.label} | not installed: `--install {peer.name}` | | | | | | | | |")
     return [*lines, ""]
 
 
@@ -97,9 +109,12 @@ def growth(problem: Problem, rows: Sequence[Measurement]) -> list[str]:
 
 
 def markdown(
-    rows: Sequence[Measurement], problems: Mapping[str, Problem], versions: Mapping[str, str]
+    rows: Sequence[Measurement],
+    problems: Mapping[str, Problem],
+    versions: Mapping[str, str],
+    absent: Sequence[Peer] = (),
 ) -> str:
-    """Returns the page of all comparisons."""
+    """Returns the page of all comparisons; peers that are not installed have rows that say so."""
     who = ", ".join(f"{name} {version}" for name, version in versions.items())
     lines = [
         "# Benchmark",
@@ -114,7 +129,8 @@ def markdown(
         sizes = sorted({row.size for row in mine})
         for size in sizes:
             for target in problem.targets(size):
-                lines += comparison(problem, size, target, [row for row in mine if row.size == size])
+                chosen = [row for row in mine if row.size == size]
+                lines += comparison(problem, size, target, chosen, absent if size in problem.sizes else ())
         if len(sizes) > 1:
             lines += growth(problem, mine)
     return "\n".join(lines)

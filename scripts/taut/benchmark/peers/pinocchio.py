@@ -122,7 +122,7 @@ def entrants(problem: Problem, size: int) -> Sequence[Entrant]:
             taken, steps, state = integrate(problem, size, step)
             best, spent = min(best, taken), spent + taken
             if spent >= seconds:
-                return Run(best, steps, 4 * steps, state)
+                return Run(best, steps, 4 * steps, 0, state)
 
     return [Entrant("Pinocchio", "pinocchio", STEPS, run)]
 

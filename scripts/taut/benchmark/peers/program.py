@@ -51,19 +51,23 @@ def read_run(text: str) -> Run:
     """Returns the run that a program printed."""
     lines = text.splitlines()
     try:
-        names, (steps, rhs, seconds) = lines[0], lines[1].split(",")
-        if names != "steps,rhs,seconds":
+        names, (steps, rhs, jacobians, seconds) = lines[0], lines[1].split(",")
+        if names != "steps,rhs,jacobians,seconds":
             raise ValueError(names)
-        return Run(float(seconds), int(steps), int(rhs), np.array([float(line) for line in lines[2:]]))
+        state = np.array([float(line) for line in lines[2:]])
+        return Run(float(seconds), int(steps), int(rhs), int(jacobians), state)
     except (IndexError, ValueError) as error:
         raise TautError(f"a program printed what is not a run: {error}") from error
 
 
-def build(source: Path, libraries: Sequence[str], flags: Sequence[str] = ()) -> Path:
-    """Compiles a C or C++ program of this folder where it is older than its source; returns its path."""
+def build(sources: Sequence[Path], libraries: Sequence[str]) -> Path:
+    """Compiles a C program where it is older than its sources, headers among them; returns its path.
+
+    It has the name of the first.
+    """
     WORK.mkdir(parents=True, exist_ok=True)
-    program = WORK / source.stem
-    if not program.exists() or program.stat().st_mtime < source.stat().st_mtime:
-        compiler = "c++" if source.suffix == ".cpp" else "cc"
-        call([compiler, "-O3", "-o", program, source, *flags, *(f"-l{name}" for name in libraries), "-lm"])
+    program = WORK / sources[0].stem
+    if not program.exists() or program.stat().st_mtime < max(source.stat().st_mtime for source in sources):
+        compiled = [source for source in sources if source.suffix == ".c"]
+        call(["cc", "-O3", "-o", program, *compiled, *(f"-l{name}" for name in libraries), "-lm"])
     return program

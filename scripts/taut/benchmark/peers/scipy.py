@@ -7,25 +7,20 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import scipy as installed
 from scipy.integrate import solve_ivp
-from scipy.linalg import lstsq, solve_banded
-from scipy.linalg.lapack import dposv
+from scipy.linalg import solve_banded
 
 from taut.benchmark.entrant import Array, Entrant, Peer, Problem, Run
+from taut.benchmark.problems import andrews, bricard, car_axis, heavy_top
+from taut.benchmark.problems.projected import TOLERANCE, System, solve
 from taut.errors import TautError
 
 GRAVITY = 9.81
 METHODS = ("RK45", "DOP853")
-# On the problem that is stiff and has no constraint.
+# On problems with stiff springs.
 STIFF = ("RK45", "Radau", "BDF")
-TOLERANCE = 1e-12
-# Squared pivots and singular values below this count as zero where the four-bar loops lose rank.
-CUT = 1e-8
-
-Rates = Callable[[float, Array], Sequence[float] | Array]
-Project = Callable[[Array], Array]
 
 
-def pendulum(_size: int) -> tuple[Array, Rates, Project]:
+def pendulum(_size: int) -> System:
     """Returns start, rates and projection, in plain Python numbers: faster here than arrays of two."""
 
     def projected(y: Sequence[float]) -> tuple[float, float, float, float, float]:
@@ -50,7 +45,7 @@ def pendulum(_size: int) -> tuple[Array, Rates, Project]:
     return np.array([1.0, 0.0, 0.0, 0.0]), rates, lambda y: np.array(projected(y)[:4])
 
 
-def chain(size: int) -> tuple[Array, Rates, Project]:
+def chain(size: int) -> System:
     """Returns start, rates and projection of the chain; S is tridiagonal, so that a solution costs O(n)."""
     bands = np.empty((3, size))
     bands[1] = 2.0
@@ -102,7 +97,7 @@ def chain(size: int) -> tuple[Array, Rates, Project]:
     return start, rates, lambda y: np.concatenate([part.ravel() for part in projected(y)[:2]])
 
 
-def four_bar(size: int) -> tuple[Array, Rates, Project]:
+def four_bar(size: int) -> System:
     """Returns start, rates and projection of the loops: two points a rod, its exact mass matrix, dense."""
     points = size + 1
     ground = np.column_stack((np.arange(points), np.zeros(points)))
@@ -129,13 +124,6 @@ def four_bar(size: int) -> tuple[Array, Rates, Project]:
         a[points + rod, rod] = -unit[points:]
         a[points + rod, rod + 1] = unit[points:]
         return a.reshape(2 * size + 1, 2 * points)
-
-    def solve(s: Array, right: Array) -> Array:
-        """Returns S^-1 times the right side by Cholesky, or the least solution where S is nearly singular."""
-        factor, solution, info = dposv(s, right)
-        if info == 0 and factor.diagonal().min() ** 2 > CUT:
-            return solution
-        return lstsq(s, right, cond=CUT, check_finite=False)[0]
 
     def projected(y: Array) -> tuple[Array, Array, Array, Array, Array]:
         place, speed = y[: 2 * points].reshape(points, 2), y[2 * points :]
@@ -164,7 +152,7 @@ def four_bar(size: int) -> tuple[Array, Rates, Project]:
     return start.ravel(), rates, lambda y: np.concatenate([part.ravel() for part in projected(y)[:2]])
 
 
-def spring(size: int) -> tuple[Array, Rates, Project]:
+def spring(size: int) -> System:
     """Returns start and rates of a mass on a spring of 10^size N/m; there is nothing to project on."""
     stiffness = 10.0**size
 
@@ -177,11 +165,15 @@ def spring(size: int) -> tuple[Array, Rates, Project]:
     return np.array([1.0, 0.0, 0.0, 0.0]), rates, lambda y: y
 
 
-SYSTEMS: dict[str, Callable[[int], tuple[Array, Rates, Project]]] = {
+SYSTEMS: dict[str, Callable[[int], System]] = {
     "pendulum": pendulum,
     "chain": chain,
     "four-bar": four_bar,
     "spring": spring,
+    "heavy_top": heavy_top.system,
+    "andrews": andrews.system,
+    "bricard": bricard.system,
+    "car-axis": car_axis.system,
 }
 
 
@@ -211,11 +203,11 @@ def entrants(problem: Problem, size: int) -> Sequence[Entrant]:
                 if not done.success:
                     raise TautError(f"SciPy {method}: {done.message}")
                 if spent >= seconds:
-                    return Run(best, len(done.t) - 1, done.nfev, last)
+                    return Run(best, len(done.t) - 1, done.nfev, done.njev, last)
 
         return Entrant(f"SciPy {method}", "scipy", problem.tolerances, run)
 
-    return [entrant(method) for method in (STIFF if problem.name == "spring" else METHODS)]
+    return [entrant(method) for method in (STIFF if problem.stiff else METHODS)]
 
 
 PEER = Peer("scipy", lambda: installed.__version__, entrants)

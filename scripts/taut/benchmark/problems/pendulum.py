@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.special import ellipj, ellipk
 
-from taut.benchmark.entrant import Array, Problem
+from taut.benchmark.entrant import LADDER, Array, Problem
 
 GRAVITY = 9.81
 
@@ -32,9 +32,9 @@ PROBLEM = Problem(
     title="Pendulum, 10 s",
     t_end=10.0,
     sizes=(1,),
-    tolerances=(1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10),
+    tolerances=LADDER,
     atol=lambda rtol: min(1e-6, rtol),
-    targets=lambda _size: (1e-2, 1e-4, 1e-7),
+    targets=lambda _size: (1e-2, 1e-4, 1e-7, 1e-10),
     reference=lambda _size: exact(10.0),
     error=error,
     violation=lambda _size, state: abs(math.hypot(state[0], state[1]) - 1.0),

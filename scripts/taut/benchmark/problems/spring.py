@@ -59,4 +59,5 @@ PROBLEM = Problem(
     error=error,
     violation=stretch,
     unit="powers of ten",
+    stiff=True,
 )

@@ -47,4 +47,5 @@ PROBLEM = Problem(
     error=error,
     violation=violation,
     unit="elements",
+    stiff=True,
 )

@@ -2,18 +2,18 @@
 !!
 !!     taut_benchmark PROBLEM SIZE METHOD RTOL ATOL MAX_STEP T_END SECONDS
 !!
-!! METHOD is a name of `method_names`; `-stage-none` behind it turns the projection of stages off, `-radau` and
-!! `-generalized-alpha` take that integrator. MAX_STEP [s] of 0 is
-!! none. Runs are repeated until SECONDS of processor time are spent; with 0 there is one. Printed are a line of names, one
-!! of numbers (steps, right-hand sides, processor time of the fastest run [s]), and the last state {x; v}, a number a line.
+!! METHOD is a name of `method_names`; `-stage-none` behind it turns the projection of stages off, and the name of an integrator
+!! behind that takes it. MAX_STEP [s] of 0 is none. Runs are repeated until SECONDS of processor time are spent; with 0 there is
+!! one. Printed are a line of names, one of numbers (steps, right-hand sides, Jacobians, processor time of the fastest run [s]),
+!! and the last state {x; v}, a number a line.
 program taut_benchmark
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use taut, only: wp, constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
-                   mechanical_system_t, method_t, raise, state_t, status_name, status_reached_end
+                   mechanical_system_t, mechanism_t, method_t, raise, read_mechanism, state_t, status_name, status_reached_end
+   use car_axis_system, only: car_axis_start, car_axis_t
    use taut_constrained_method_choose, only: new_constrained_ode
-   use taut_constrained_stepper_choose, only: choose_constrained_stepper
+   use taut_constrained_stepper_choose, only: choose_constrained_stepper, integrator_names
    use taut_model_chain, only: chain_t, new_chain
-   use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_builder, only: mechanism_builder_t
    use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
    use taut_model_pendulum, only: new_pendulum, pendulum_t
@@ -51,7 +51,8 @@ contains
       type(n_four_bar_t), allocatable :: loops
       type(pendulum_t), allocatable :: pendulum
       type(mechanism_builder_t) :: builder
-      type(mechanism_t), allocatable :: spring
+      type(car_axis_t), allocatable :: car_axis
+      type(mechanism_t), allocatable :: mechanism, spring
       type(swing_beam_t), allocatable :: swing
 
       select case (name)
@@ -85,8 +86,15 @@ contains
          call new_swing_beam(swing, swing_data_t(elements=size), error)
          if (.not. allocated(error)) start = swing%reference_state()
          call move_alloc(swing, model)
+      case ('car-axis')
+         allocate (car_axis)
+         call car_axis_start(car_axis, start)
+         call move_alloc(car_axis, model)
       case default
-         call raise(error, 'command line', 'there is no problem "'//name//'"', 'use pendulum, chain, four-bar, spring or swing')
+         ! The other names are those of cases, with the tolerances and methods of the command line.
+         allocate (mechanism)
+         call read_mechanism('cases/mechanism/'//name//'.nml', mechanism, start, error)
+         call move_alloc(mechanism, model)
       end select
    end subroutine new_problem
 
@@ -101,23 +109,22 @@ contains
       class(constrained_ode_t), allocatable :: ode
       type(integrator_t) :: integrator
       class(stepper_t), allocatable :: stepper
-      character(len=24), parameter :: implicit(2) = [character(len=24) :: 'radau', 'generalized-alpha']
       real(wp), allocatable :: y(:), y_start(:)
       real(wp) :: batch_end, batch_start, best, spent, t
       integer :: i, k, repetitions
 
       method%name = method_name
-      i = index(method_name, '-stage-none')
-      if (i > 0) then
-         method%name = method_name(:i - 1)
-         method%stage_projection = 'none'
-      end if
-      do k = 1, 2
-         i = index(method%name, '-'//trim(implicit(k)))
+      do k = 1, size(integrator_names)
+         i = index(method%name, '-'//trim(integrator_names(k)))
          if (i == 0) cycle
          method%name = method%name(:i - 1)
-         options%integrator = implicit(k)
+         options%integrator = integrator_names(k)
       end do
+      i = index(method%name, '-stage-none')
+      if (i > 0) then
+         method%name = method%name(:i - 1)
+         method%stage_projection = 'none'
+      end if
       options%rtol = rtol
       options%atol = atol
       if (max_step > 0.0_wp) options%max_step = max_step
@@ -152,8 +159,8 @@ contains
          repetitions = max(1, min(10000, ceiling(shortest_batch/max(best, 1.0e-7_wp))))
       end do
 
-      write (output_unit, '(a)') 'steps,rhs,seconds'
-      write (output_unit, '(i0, ",", i0, ",", es23.16)') result%steps, result%rhs_evaluations, best
+      write (output_unit, '(a)') 'steps,rhs,jacobians,seconds'
+      write (output_unit, '(3(i0, ","), es23.16)') result%steps, result%rhs_evaluations, result%jacobians, best
       write (output_unit, '(es24.16e3)') y
    end subroutine measure
 
