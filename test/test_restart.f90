@@ -179,9 +179,18 @@ contains
       type(integration_options_t) :: options
       type(pendulum_t) :: model
       type(state_t) :: at
+      type(error_t), allocatable :: error
 
       call pendulum(model, at, 3)
       call compare('redundant', model, at, 1.0_wp, method_t(), options, failure)
+      call new_pendulum(model, 1.0_wp, 1.0e-6_wp, 9.81e-6_wp, 3, error)
+      call no_error(failure, error)
+      at%x = [1.0e-6_wp, 0.0_wp]
+      options%atol = 1.0e-12_wp
+      call compare('small', model, at, 1.0_wp, method_t(), options, failure)
+      options = integration_options_t(integrator='radau', atol=1.0e-12_wp)
+      call compare('small, implicit', model, at, 1.0_wp, method_t(), options, failure)
+      options = integration_options_t()
       at%x = [1.0_wp, 0.0_wp]
       at%v = [0.0_wp, 1.0_wp]
       call compare('a load that jumps', new_particle(jumping_load), at, 2.0_wp, method_t(), options, failure)

@@ -52,6 +52,7 @@ program tester
    use test_swing, only: collect_swing
    use test_system, only: collect_system
    use test_turns, only: collect_turns
+   use test_units, only: collect_units
    use test_variants, only: collect_variants
    use test_textbook, only: collect_textbook
    use test_verify, only: collect_verify
@@ -132,6 +133,7 @@ program tester
    call run_suite('first look', collect_first_look(), trim(only), outcome)
    call run_suite('statics', collect_statics(), trim(only), outcome)
    call run_suite('turns', collect_turns(), trim(only), outcome)
+   call run_suite('units', collect_units(), trim(only), outcome)
    call run_suite('assembly', collect_assembly(), trim(only), outcome)
    call run_suite('mechanism', collect_mechanism(), trim(only), outcome)
    call run_suite('mechanism motion', collect_mechanism_motion(), trim(only), outcome)

@@ -181,7 +181,8 @@ contains
          call entries%item('omega', m%omega, '1/s', 'bayo-penalty, augmented-lagrangian: frequency of a violation')
          call entries%item('mu', m%mu, '', 'bayo-penalty, augmented-lagrangian: its damping ratio')
          call entries%item('projection_tolerance', m%projection_tolerance, '', &
-                           'largest entry of phi that counts as none; round-off of the coordinates if that is more', &
+                           'largest entry of phi that counts as none where lengths are about 1 or more; smaller ones are met '// &
+                           'to the same part of them, or to round-off', &
                            above=0.0_wp, most=largest_tolerance)
          call entries%item('max_iterations', m%max_iterations, 'of Eq. (17), or of augmented-lagrangian', least=1)
          call entries%item('accept_inconsistent', m%accept_inconsistent, &

@@ -62,7 +62,8 @@ module taut_constrained_method_options
       !> alpha of `bayo-penalty` and `augmented-lagrangian`, in the unit of a mass where phi is a length; their frequency [1/s];
       !! their damping ratio [-].
       real(wp) :: penalty_factor = 1.0e7_wp, omega = 10.0_wp, mu = 1.0_wp
-      !> Largest entry of phi that counts as none, in the unit of phi.
+      !> Largest entry of phi that counts as none, in the unit of phi, of a system of the size 1 or more: see
+      !! `taut_constrained_yardstick` for others.
       real(wp) :: projection_tolerance = 1.0e-12_wp
       !> Largest number of iterations of Eq. (17), and of `augmented-lagrangian`.
       integer :: max_iterations = 25

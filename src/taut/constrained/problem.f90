@@ -86,6 +86,7 @@ contains
       call new_constrained_ode(self%ode, model, chosen, error)
       if (.not. allocated(error)) call consistent_start(self%ode%model, chosen, at, self%start, error)
       if (allocated(error)) return
+      call self%ode%projector%lay_yardstick(self%ode%model, at)
       self%n = self%ode%size()
       allocate (self%y(self%n), self%evaluated_y(self%n), self%dydt(self%n), source=0.0_wp)
       self%t = at%t

@@ -1,7 +1,6 @@
 !> Projection of positions and velocities on the constraints.
 module taut_constrained_projection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use, intrinsic :: iso_fortran_env, only: int64
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: to_text
@@ -9,15 +8,17 @@ module taut_constrained_projection
    use taut_constrained_method_options, only: method_t
    use taut_constrained_orientation, only: orientation_t
    use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_yardstick, only: largest_entry, relative_violation, yardstick_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
    use taut_linalg_normal_solver, only: normal_solver_t
    use taut_linalg_normal_solver_choose, only: choose_solver
+   use taut_linalg_rank, only: pivot_floor
    use taut_linalg_rank_keeper, only: rank_keeper_t
    use taut_ode_system, only: rhs_ok, rhs_retry, rhs_no_projection
    implicit none (type, external)
    private
-   public :: projector_t, relative_violation, lay_out_jacobian, evaluate_jacobian
+   public :: projector_t, lay_out_jacobian, evaluate_jacobian
 
    !> Why a projection failed.
    integer, parameter :: no_reason = 0, not_converged = 1, inconsistent = 2, not_finite = 3, weight_not_positive = 4, &
@@ -27,12 +28,7 @@ module taut_constrained_projection
    !! use of `noise` by the solvers.
    real(wp), parameter :: harmless_noise = 1.0e-5_wp
 
-   ! The decisions of Newton's iteration (17). Violations are measured by their largest entries.
-   !> Violations up to so many round-offs of the largest coordinate count as none, whatever the tolerance: a distance is a
-   !! difference of two coordinates that are exact to half of one, and its components add up.
-   real(wp), parameter :: exact = 4.0_wp
-   !> A displacement up to so many round-offs of the largest coordinate moves nothing any more: the iteration is at rest.
-   real(wp), parameter :: at_rest = 2.0_wp
+   ! The decisions of Newton's iteration (17), where violations are measured by the yardstick.
    !> A and S are kept while an iteration leaves less than this part of phi. The simplified iteration then goes on at this rate or
    !! better: a second evaluation of A and S would cost more than the iteration that it may save.
    real(wp), parameter :: fast = 1.0e-3_wp
@@ -75,9 +71,10 @@ module taut_constrained_projection
       class(normal_solver_t), allocatable :: onto
       !> Which rows of A are independent.
       type(rank_keeper_t) :: keeper
+      !> When constraints are met.
+      type(yardstick_t) :: yardstick
       logical, private :: identity = .true., w_is_mass = .false., all_holonomic = .true., w_ready = .false.
       logical, private :: accept_inconsistent = .false.
-      real(wp), private :: tolerance = 1.0e-12_wp
       integer, private :: max_iterations = 25, reason = no_reason, worst = 0
       !> Corrections of the last `position`, and the coordinates after the first of several: (n_x).
       integer, private :: corrections = 0
@@ -99,6 +96,7 @@ module taut_constrained_projection
       real(wp), allocatable, private :: from_held(:)
    contains
       procedure, non_overridable :: init
+      procedure, non_overridable :: lay_yardstick
       procedure, non_overridable :: position
       procedure, non_overridable :: position_again
       procedure, non_overridable :: check_branch
@@ -187,7 +185,7 @@ contains
       self%w_is_mass = method%weight == 'mass'
       self%w_ready = .false.
       self%accept_inconsistent = method%accept_inconsistent
-      self%tolerance = method%projection_tolerance
+      call self%yardstick%init(model%n_phi, model%n, method%projection_tolerance)
       self%max_iterations = method%max_iterations
       self%all_holonomic = model%n_phi == model%c
       if (allocated(self%held)) deallocate (self%held, self%from_held)
@@ -259,7 +257,20 @@ contains
       end do
    end subroutine decouple
 
-   !> Newton's iteration (17): x (+) (-W^-1 A^T S^+ phi) until no entry of phi exceeds the tolerance.
+   !> Finds out how large the system is where its motion starts, and so when its constraints are met.
+   subroutine lay_yardstick(self, model, at)
+      !> The projector.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Where the motion starts.
+      type(state_t), intent(in) :: at
+
+      call self%evaluate(model, at)
+      call self%yardstick%lay(model, at, self%a)
+   end subroutine lay_yardstick
+
+   !> Newton's iteration (17): x (+) (-W^-1 A^T S^+ phi) until all constraints are met.
    !!
    !! Source: Eqs (16), (17). A step that does not reduce phi is halved. A and S are kept while they reduce phi fast. Rows that
    !! were left out are to be met like the others: where they are not, `position_again` may help.
@@ -276,7 +287,7 @@ contains
       real(wp), intent(in), optional :: threshold
       !> Whether the last `linearize` was for this very x; default: no.
       logical, intent(in), optional :: linearized
-      real(wp) :: before, largest, least, noise, reach, round_off
+      real(wp) :: before, left, left_before, noise, reach
       integer :: iteration
       logical :: known, renew
 
@@ -297,14 +308,19 @@ contains
          if (self%residual <= threshold) return
       end if
       renew = .true.
+      left_before = 0.0_wp
       known = .false.
       if (present(linearized)) known = linearized
       noise = 0.0_wp
       do iteration = 1, self%max_iterations + 1
-         if (self%residual <= self%tolerance) return
-         round_off = last_place(largest_entry(at%x))
-         least = max(self%tolerance, exact*round_off)
-         if (self%residual <= least) return
+         if (self%yardstick%surely_met(self%residual)) return
+         left = self%yardstick%measure(self%phi, at%x)
+         if (left <= self%yardstick%tolerance) return
+         if (iteration > 1) then
+            ! What a system of the size 1 may leave is all there is to be had where constants are that large.
+            if (self%residual <= self%yardstick%tolerance .and. left > most*left_before) return
+            renew = left > fast*left_before
+         end if
          if (iteration > self%max_iterations) exit
          self%iterations = self%iterations + 1
          if (renew) then
@@ -321,31 +337,35 @@ contains
             renew = .not. (known .and. noise <= harmless_noise)
             known = .false.
          end if
-         call newton_step(self, renew, noise, reach, largest, info)
+         call newton_step(self, renew, noise, at%x, left, reach, info)
          ! The noise may have taken rows that matter for redundant ones.
-         if (info == rhs_ok .and. renew .and. noise > 0.0_wp .and. reach < most*self%residual) &
-            call newton_step(self, renew, 0.0_wp, reach, largest, info)
+         if (info == rhs_ok .and. renew .and. noise > 0.0_wp .and. reach < most*left) &
+            call newton_step(self, renew, 0.0_wp, at%x, left, reach, info)
          if (info /= rhs_ok) return
-         if (reach <= least .or. (reach <= contradiction*self%residual .and. .not. self%accept_inconsistent)) then
-            if (.not. self%accept_inconsistent) call give_up(self, inconsistent, info)
+         if (reach <= self%yardstick%tolerance .or. (reach <= contradiction*left .and. .not. self%accept_inconsistent)) then
+            if (.not. (self%accept_inconsistent .or. self%residual <= self%yardstick%tolerance)) &
+               call give_up(self, inconsistent, info)
             return
          end if
-         if (largest <= at_rest*round_off .and. reach >= most*self%residual) return
-         reach = self%residual
+         if (reach >= most*left .and. self%yardstick%nothing_moves(self%d, at%x)) return
          before = dot_product(self%phi, self%phi)
          if (self%corrections == 1) then
-            self%left_some = self%residual > worth_telling*least
+            self%left_some = left > worth_telling*self%yardstick%tolerance
             self%x_first(:) = at%x
          end if
          self%corrections = self%corrections + 1
+         left_before = left
          call move(self, model, at, before, info)
          if (info /= rhs_ok) return
-         renew = self%residual > fast*reach
       end do
       call give_up(self, not_converged, info)
    end subroutine position
 
-   !> Goes on where `position` has failed with rows left out: those in charge may no longer be the right ones.
+   !> Goes on where `position` has failed without some rows.
+   !!
+   !! Where rows were left out, those in charge may no longer be the right ones. Near a singular position rows are passed over, of
+   !! which the others leave little: what violates them there is of second order in a displacement that only they can tell, so
+   !! that with them it is reached, if by half of what is left each time.
    subroutine position_again(self, model, at, info, threshold)
       !> The projector, after a `position` that has failed.
       class(projector_t), intent(inout) :: self
@@ -358,56 +378,49 @@ contains
       !> As of `position`.
       real(wp), intent(in), optional :: threshold
 
-      if (self%onto%rank == self%onto%c .or. .not. self%keeper%holds) return
-      call self%keeper%release()
-      call self%keeper_of_holonomic%release()
-      call self%position(model, at, info, threshold)
+      if (self%onto%rank < self%onto%c .and. self%keeper%holds) then
+         call self%keeper%release()
+         call self%keeper_of_holonomic%release()
+         call self%position(model, at, info, threshold)
+      end if
+      if (info /= rhs_no_projection) return
+      if (self%all_holonomic) then
+         call with_all(self%onto%weakest(), self%onto%cut)
+      else
+         call with_all(self%onto_holonomic%weakest(), self%onto_holonomic%cut)
+      end if
+
+   contains
+
+      subroutine with_all(weakest, cut)
+         real(wp), intent(in) :: weakest
+         real(wp), value :: cut
+
+         if (weakest > 0.0_wp) return
+         call set_cut(pivot_floor)
+         call self%position(model, at, info, threshold)
+         call set_cut(cut)
+      end subroutine with_all
+
+      subroutine set_cut(cut)
+         real(wp), intent(in) :: cut
+
+         if (self%all_holonomic) then
+            call self%onto%pass_over(cut)
+         else
+            call self%onto_holonomic%pass_over(cut)
+         end if
+      end subroutine set_cut
+
    end subroutine position_again
 
-   !> Largest absolute entry; not finite if one of them is not.
-   pure function largest_entry(values) result(value)
-      real(wp), intent(in), contiguous :: values(:)
-      real(wp) :: value
-      !> Small systems are slowed down by what a longer loop prepares.
-      integer, parameter :: few = 8
-      integer(int64) :: even, odd
-      integer :: i, n
-
-      ! The bits of numbers without their signs are in the order of their sizes, with infinity and NaN at the end.
-      odd = 0_int64
-      n = size(values)
-      if (n < few) then
-         !GCC$ unroll 1
-         do i = 1, n
-            odd = max(odd, ibclr(transfer(values(i), odd), 63))
-         end do
-      else
-         ! Two at a time, which do not wait for each other.
-         even = 0_int64
-         do i = 1, n - 1, 2
-            odd = max(odd, ibclr(transfer(values(i), odd), 63))
-            even = max(even, ibclr(transfer(values(i + 1), even), 63))
-         end do
-         odd = max(odd, even, ibclr(transfer(values(n), odd), 63))
-      end if
-      value = transfer(odd, value)
-   end function largest_entry
-
-   !> The value of a positive number's last bit: `spacing`, without its calls.
-   pure function last_place(value) result(ulp)
-      real(wp), intent(in) :: value
-      real(wp) :: ulp
-      integer(int64), parameter :: mantissa = 2_int64**52 - 1_int64
-
-      ulp = epsilon(1.0_wp)*transfer(iand(transfer(value, mantissa), not(mantissa)), value)
-   end function last_place
-
-   !> d = -W^-1 A^T S^+ phi with the holonomic rows, its largest entry, and that of A d: what d will change in phi.
-   subroutine newton_step(self, renew, noise, reach, largest, info)
+   !> d = -W^-1 A^T S^+ phi with the holonomic rows, and the size of A d: of what is left in phi, what d will change.
+   subroutine newton_step(self, renew, noise, x, left, reach, info)
       type(projector_t), intent(inout) :: self
       logical, intent(in) :: renew
-      real(wp), intent(in) :: noise
-      real(wp), intent(out) :: reach, largest
+      real(wp), intent(in) :: noise, left
+      real(wp), intent(in), contiguous :: x(:)
+      real(wp), intent(out) :: reach
       integer, intent(out) :: info
 
       if (self%all_holonomic) then
@@ -421,6 +434,7 @@ contains
       subroutine step_with(onto, keeper)
          class(normal_solver_t), intent(inout) :: onto
          type(rank_keeper_t), intent(inout) :: keeper
+         real(wp) :: largest
          logical :: all_rows
 
          reach = 0.0_wp
@@ -442,10 +456,10 @@ contains
          ! At a dead point some are passed over; a single one is never.
          if (all_rows .and. onto%c > 1 .and. self%corrections > 0) all_rows = onto%weakest() > 0.0_wp
          if (all_rows) then
-            reach = self%residual
+            reach = left
          else
             call self%a%multiply(self%d, self%nu)
-            reach = largest_entry(self%nu)
+            reach = self%yardstick%measure(self%nu, x)
          end if
       end subroutine step_with
 
@@ -478,41 +492,10 @@ contains
          self%d(:) = 0.5_wp*self%d
       end do
       call model%constraint(at, self%phi)
-      call give_up(self, not_converged, info)
+      self%residual = largest_entry(self%phi)
+      info = rhs_ok
+      if (self%residual > self%yardstick%tolerance) call give_up(self, not_converged, info)
    end subroutine move
-
-   !> How far the rows of A may be from those on the manifold: the distance to it, relative to the size of the coordinates.
-   pure function relative_violation(phi, a, x) result(value)
-      !> Violation of the holonomic constraints: (n_phi).
-      real(wp), intent(in), contiguous :: phi(:)
-      !> Constraint matrix, holonomic rows first.
-      type(csr_t), intent(in) :: a
-      !> Coordinates: (n_x).
-      real(wp), intent(in), contiguous :: x(:)
-      !> Between 0 and 1.
-      real(wp) :: value
-      real(wp) :: row, scale
-      integer :: begin, i, k, last
-
-      value = 0.0_wp
-      scale = largest_entry(x)
-      if (.not. (ieee_is_finite(scale) .and. scale > tiny(1.0_wp))) return
-      do i = 1, size(phi)
-         if (a%full) then
-            begin = (i - 1)*a%n + 1
-            last = i*a%n
-         else
-            begin = a%first(i)
-            last = a%first(i + 1) - 1
-         end if
-         row = 0.0_wp
-         !GCC$ unroll 1
-         do k = begin, last
-            row = max(row, abs(a%values(k)))
-         end do
-         if (row > tiny(1.0_wp) .and. abs(phi(i)) > value*(row*scale)) value = min(1.0_wp, abs(phi(i))/(row*scale))
-      end do
-   end function relative_violation
 
    !> Whether a state that meets the constraints is one that is meant: a step too long may end on another branch.
    subroutine check_branch(self, model, at, info)
@@ -905,6 +888,7 @@ contains
       call keeper_through(archive, 'rank', self%keeper)
       if (.not. self%all_holonomic) call keeper_through(archive, 'rank of holonomic rows', self%keeper_of_holonomic)
       call self%orientation%serialize(archive)
+      call self%yardstick%serialize(archive, 'projection')
    end subroutine serialize
 
    !> The same for one of the two.

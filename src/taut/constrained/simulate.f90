@@ -124,6 +124,7 @@ contains
       if (present(start)) start = report
       if (allocated(error)) return
       call self%ode%pack(self%at, self%y)
+      call self%ode%projector%lay_yardstick(self%ode%model, self%at)
       call self%ode%begin_balance(self%at)
       call self%integrator%run(self%ode, self%at%t, self%y, t_end, self%result, observer, events, pause)
       if (self%result%status == status_not_started .and. allocated(self%result%error)) then

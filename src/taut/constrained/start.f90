@@ -93,6 +93,7 @@ contains
       patient = method
       patient%max_iterations = max(100, method%max_iterations)
       call projector%init(model, patient, held)
+      call projector%lay_yardstick(model, at)
       call projector%position(model, at, info)
       report%phi_given = projector%phi_raw
       report%phi_left = projector%residual

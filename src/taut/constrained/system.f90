@@ -70,6 +70,8 @@ module taut_constrained_system
       procedure :: jacobian_entries => entries_not_supplied
       !> Which velocities are measured in one unit, so that rows of A can be compared; by default all of them.
       procedure :: column_groups => one_group
+      !> How large the system is, so that its constraints are met in any unit of length; by default as large as its coordinates.
+      procedure :: sizes => sizes_of_coordinates
       !> What a constraint is called where something is said of it; by default it is numbered.
       procedure :: row_name => numbered_row
       !> b', Eq. (6a); by default zero: constraints that do not depend on time.
@@ -153,6 +155,22 @@ module taut_constrained_system
          !> The number of the set for each velocity, from 1 on: (n); empty if there is one.
          integer, allocatable, intent(out) :: group(:)
       end subroutine one_group
+
+      !> Sizes as large as the coordinates where a motion starts; 1 where all of them are zero.
+      !!
+      !! A system whose coordinates start far from what they will be, or that is small and far from its origin, knows better: so
+      !! does one that has angles beside small lengths.
+      module subroutine sizes_of_coordinates(self, at, length, coordinate)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> Where its motion starts.
+         type(state_t), intent(in) :: at
+         !> What a displacement along each velocity is in a system of this size: a length that is typical of its parts, 1 for an
+         !! angle: (n). What is more than 1 makes no difference.
+         real(wp), intent(out) :: length(:)
+         !> Size of the coordinate that goes with each velocity, measured from the origin, as round-off counts: (n).
+         real(wp), intent(out) :: coordinate(:)
+      end subroutine sizes_of_coordinates
 
       !> A row by its number.
       module subroutine numbered_row(self, row, name)

@@ -48,6 +48,7 @@ module taut_linalg_normal_solver
       procedure, non_overridable :: set_sizes
       procedure, non_overridable :: set_kept
       procedure :: keep
+      procedure :: pass_over
       procedure(factorize), deferred :: factorize
       procedure(multipliers), deferred :: multipliers
       procedure(correction), deferred :: correction
@@ -153,6 +154,16 @@ contains
 
       call self%set_kept(kept)
    end subroutine keep
+
+   !> States which pivots, relative to their diagonal entries of S, are passed over from the next `factorize` on.
+   subroutine pass_over(self, cut)
+      !> The solver.
+      class(normal_solver_t), intent(inout) :: self
+      !> Up to this: between `pivot_floor` and 1.
+      real(wp), intent(in) :: cut
+
+      self%cut = cut
+   end subroutine pass_over
 
    !> What `keep` does for every solver.
    subroutine set_kept(self, kept)

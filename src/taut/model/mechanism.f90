@@ -105,6 +105,7 @@ module taut_model_mechanism
       procedure :: v_name
       procedure :: pattern
       procedure :: column_groups
+      procedure :: sizes
       procedure :: row_name
       procedure :: constraint
       procedure :: jacobian
@@ -301,6 +302,18 @@ module taut_model_mechanism
          !> The number of the set for each velocity: (n).
          integer, allocatable, intent(out) :: group(:)
       end subroutine column_groups
+
+      !> Lengths are those of the longest arm from a center of mass to a joint, or of the largest body.
+      module subroutine sizes(self, at, length, coordinate)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> Where its motion starts.
+         type(state_t), intent(in) :: at
+         !> The length for what is moved, 1 for what is turned: (n).
+         real(wp), intent(out) :: length(:)
+         !> The largest coordinate of a body's center, 1 for what is turned: (n).
+         real(wp), intent(out) :: coordinate(:)
+      end subroutine sizes
 
       !> A row by its joint and by what it prevents.
       module subroutine row_name(self, row, name)

@@ -4,7 +4,7 @@ module taut_constrained_method_baseline
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_constrained_method, only: constrained_ode_t, sample_t
-   use taut_constrained_projection, only: relative_violation
+   use taut_constrained_yardstick, only: relative_violation
    use taut_ode_system, only: rhs_ok
    implicit none (type, external)
    private

@@ -18,14 +18,14 @@ module taut_constrained_method_dummy_derivatives
    use taut_kinds, only: wp
    use taut_constrained_method, only: sample_t
    use taut_constrained_method_minimal_coordinates, only: minimal_coordinates_t
-   use taut_constrained_projection, only: relative_violation
+   use taut_constrained_yardstick, only: relative_violation
    use taut_error, only: error_t, to_text
    use taut_ode_system, only: rhs_no_projection, rhs_ok
    implicit none (type, external)
    private
    public :: dummy_derivatives_t
 
-   !> Round-offs of the largest coordinate that are no violation, and that move nothing.
+   !> Round-offs of the largest coordinate that move nothing.
    real(wp), parameter :: round_off = 4.0_wp*epsilon(1.0_wp)
 
    !> The method `dummy-derivatives`.
@@ -87,7 +87,7 @@ contains
             if (.not. largest <= huge(1.0_wp)) exit
             if (iteration == 0) projector%phi_raw = largest
             scale = maxval(abs(at%x))
-            if (largest <= max(self%options%projection_tolerance, round_off*scale)) return
+            if (projector%yardstick%measure(self%phi, at%x) <= self%options%projection_tolerance) return
             if (iteration == self%options%max_iterations) exit
             projector%iterations = projector%iterations + 1
             call projector%evaluate(model, at)

@@ -159,7 +159,7 @@ contains
          largest = maxval(abs(self%phi))
          if (.not. largest <= huge(1.0_wp)) exit
          if (iteration == 0) self%phi_before = largest
-         if (largest <= max(self%options%projection_tolerance, round_off*maxval(abs(self%next%x)))) return
+         if (self%projector%yardstick%measure(self%phi, self%next%x) <= self%options%projection_tolerance) return
          if (iteration == self%options%max_iterations) exit
          self%projector%iterations = self%projector%iterations + 1
          self%wanted(:) = 0.0_wp
@@ -285,6 +285,7 @@ contains
 
       allocate (form)
       call form%init(self%model, self%options)
+      form%projector%yardstick = self%projector%yardstick
       call move_alloc(form, equations)
    end subroutine stage_equations
 

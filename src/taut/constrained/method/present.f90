@@ -227,6 +227,7 @@ contains
 
       allocate (form)
       call form%init(self%model, self%options)
+      form%projector%yardstick = self%projector%yardstick
       call move_alloc(form, equations)
    end subroutine stage_equations
 

@@ -9,7 +9,7 @@
 module taut_constrained_method_udwadia_kalaba
    use taut_kinds, only: wp
    use taut_constrained_method, only: constrained_ode_t
-   use taut_constrained_projection, only: relative_violation
+   use taut_constrained_yardstick, only: relative_violation
    use taut_error, only: error_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_inverse_root, only: inverse_root_t

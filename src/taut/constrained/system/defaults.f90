@@ -22,6 +22,15 @@ contains
       end associate
    end procedure one_group
 
+   module procedure sizes_of_coordinates
+      real(wp) :: largest
+
+      largest = maxval([0.0_wp, abs(at%x)])
+      coordinate(:) = largest
+      if (self%n == self%n_x) coordinate(:) = abs(at%x)
+      length(:) = merge(largest, 1.0_wp, largest > 0.0_wp)
+   end procedure sizes_of_coordinates
+
    !> A vector of zeros.
    module procedure zero_vector
       value(:) = 0.0_wp

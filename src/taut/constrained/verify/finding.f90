@@ -184,7 +184,7 @@ contains
       type(finding_t), allocatable, intent(inout) :: findings(:)
 
       if (.not. (ieee_is_finite(given) .and. ieee_is_finite(expected))) return
-      if (abs(given - expected) <= allowed*max(scale, 1.0e-8_wp)) return
+      if (abs(given - expected) <= allowed*max(scale, tiny(scale))) return
       call note(what, row, column, given, expected, trim(entry_name(what, row, column))//' is '//to_text(given)// &
                 ' and should be '//to_text(expected)//': off by '//to_text(given - expected), findings)
    end subroutine compare

@@ -26,6 +26,7 @@ module taut_linalg_normal_solver_ordered
       procedure(factorize_ordered), deferred :: factorize_ordered
       procedure(solve), deferred :: solve
       procedure :: factorize
+      procedure :: pass_over
       procedure :: set_least
       procedure, nopass :: weakest_of
       procedure :: multipliers
@@ -117,6 +118,17 @@ contains
       call self%judge(self%weakest())
       call self%set_least()
    end subroutine factorize
+
+   !> As of every solver.
+   subroutine pass_over(self, cut)
+      !> The solver.
+      class(ordered_solver_t), intent(inout) :: self
+      !> Up to this.
+      real(wp), intent(in) :: cut
+
+      self%cut = cut
+      call self%set_least()
+   end subroutine pass_over
 
    !> Which pivots are passed over.
    pure subroutine set_least(self)

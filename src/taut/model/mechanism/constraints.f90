@@ -27,6 +27,36 @@ contains
       end do
    end procedure column_groups
 
+   !> Lengths of the parts.
+   module procedure sizes
+      real(wp) :: arm
+      integer :: b, i
+
+      arm = 0.0_wp
+      do i = 1, size(self%joints)
+         associate (joint => self%joints(i))
+            if (joint%body_1 > 0) arm = max(arm, norm2(joint%p_1))
+            if (joint%body_2 > 0) arm = max(arm, norm2(joint%p_2))
+            arm = max(arm, joint%length)
+         end associate
+      end do
+      do b = 1, size(self%bodies)
+         arm = max(arm, norm2(self%bodies(b)%size))
+      end do
+      if (.not. arm > 0.0_wp) arm = 1.0_wp
+      do b = 1, size(self%bodies)
+         associate (body => self%bodies(b))
+            do i = 1, velocities_of_kind(body%kind)
+               length(body%before_v + i) = 1.0_wp
+               coordinate(body%before_v + i) = 1.0_wp
+               if (entry_of_velocity(i, body%kind) > 3) cycle
+               length(body%before_v + i) = arm
+               coordinate(body%before_v + i) = maxval(abs(at%x(body%before_x + 1:body%before_x + merge(2, 3, self%planar))))
+            end do
+         end associate
+      end do
+   end procedure sizes
+
    !> A row by its joint and by what it prevents.
    module procedure row_name
       associate (it => self%rows(row), joint => self%joints(self%joint_of_row(row)))

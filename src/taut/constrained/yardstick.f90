@@ -1,0 +1,268 @@
+!> When a constraint is met: how large an entry of phi may be that counts as none, in any unit of length.
+!!
+!! The tolerance of the projection is stated for systems of the size 1. A row whose phi is smaller than that all over the system, for
+!! it is a length of 1e-6 m or the square of one, is met to the same part of its size; and where round-off of the coordinates is
+!! more than all this, to round-off:
+!!
+!!     |phi_i| <= max(min(tau, tau s_i), 4 eps sum_j |A_ij| m_j)
+!!
+!! with s_i = max_j |A_ij| l_j to the nearest decade, so that what is about 1 is 1, l_j what a displacement along velocity j is in a
+!! system of its size, and m_j the coordinate that goes with it. Both are found where a motion starts and hold for all of it; the
+!! round-off grows with the largest coordinate.
+module taut_constrained_yardstick
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_fortran_env, only: int64
+   use taut_archive, only: archive_t
+   use taut_kinds, only: wp
+   use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_linalg_csr, only: csr_t
+   implicit none (type, external)
+   private
+   public :: yardstick_t, largest_entry, relative_violation
+
+   !> Violations up to so many round-offs of the coordinates count as none, whatever the tolerance: a distance is a difference of two
+   !! coordinates that are exact to half of one, and its components add up.
+   real(wp), parameter :: exact = 4.0_wp
+   !> A displacement up to so many round-offs of its coordinate moves nothing any more.
+   real(wp), parameter :: at_rest = 2.0_wp
+
+   !> What is allowed of each row.
+   type :: yardstick_t
+      !> tau, in the unit of phi, of a system of the size 1.
+      real(wp) :: tolerance = 1.0e-12_wp
+      !> Whether tau is that of all rows, so that violations are measured by their largest entry.
+      logical, private :: plain = .true.
+      !> min(1, s_i), and round-off where the motion starts in units of tau: (n_phi).
+      real(wp), allocatable, private :: part(:), round_off(:)
+      !> m_j: (n); their largest.
+      real(wp), allocatable, private :: coordinate(:)
+      real(wp), private :: largest = 1.0_wp
+      !> Smallest of the parts, largest of the round-offs.
+      real(wp), private :: least_part = 1.0_wp, most_round_off = exact*epsilon(1.0_wp)/1.0e-12_wp
+   contains
+      procedure :: init
+      procedure :: lay
+      procedure :: measure
+      procedure :: surely_met
+      procedure :: nothing_moves
+      procedure :: serialize
+      procedure, private :: conclude
+   end type yardstick_t
+
+contains
+
+   !> For a system of the size 1.
+   subroutine init(self, n_phi, n, tolerance)
+      !> The yardstick.
+      class(yardstick_t), intent(out) :: self
+      !> Holonomic constraints.
+      integer, intent(in) :: n_phi
+      !> Velocities.
+      integer, intent(in) :: n
+      !> tau, in the unit of phi.
+      real(wp), intent(in) :: tolerance
+
+      self%tolerance = tolerance
+      allocate (self%part(n_phi), self%coordinate(n), source=1.0_wp)
+      allocate (self%round_off(n_phi), source=exact*epsilon(1.0_wp)/tolerance)
+      call self%conclude()
+   end subroutine init
+
+   !> For a system as it is where its motion starts.
+   subroutine lay(self, model, at, a)
+      !> The yardstick.
+      class(yardstick_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state.
+      type(state_t), intent(in) :: at
+      !> A there, holonomic rows first.
+      type(csr_t), intent(in) :: a
+      real(wp) :: length(model%n), s, terms
+      integer :: begin, i, j, k, last
+
+      call model%sizes(at, length, self%coordinate)
+      do i = 1, size(self%part)
+         s = 0.0_wp
+         terms = 0.0_wp
+         call find_row(a, i, begin, last)
+         do k = begin, last
+            j = k - begin + 1
+            if (.not. a%full) j = a%column(k)
+            s = max(s, abs(a%values(k))*length(j))
+            terms = terms + abs(a%values(k))*max(self%coordinate(j), length(j))
+         end do
+         self%part(i) = 1.0_wp
+         ! A row of zeros, or of what is no number, has no size.
+         if (s > tiny(1.0_wp)/epsilon(1.0_wp)) self%part(i) = min(1.0_wp, 10.0_wp**nint(log10(s)))
+         self%round_off(i) = exact*epsilon(1.0_wp)*terms/self%tolerance
+      end do
+      self%coordinate(:) = max(self%coordinate, length)
+      call self%conclude()
+   end subroutine lay
+
+   !> What follows from the parts.
+   pure subroutine conclude(self)
+      class(yardstick_t), intent(inout) :: self
+
+      self%largest = max(maxval([0.0_wp, self%coordinate]), tiny(1.0_wp))
+      self%least_part = minval([1.0_wp, self%part])
+      self%most_round_off = maxval([0.0_wp, self%round_off])
+      self%plain = self%least_part >= 1.0_wp
+   end subroutine conclude
+
+   !> Whether a violation is met in any row, whatever round-off is: no more than a first answer, at no cost.
+   elemental logical function surely_met(self, largest)
+      !> The yardstick.
+      class(yardstick_t), intent(in) :: self
+      !> Largest entry of phi.
+      real(wp), intent(in) :: largest
+
+      surely_met = largest <= self%tolerance*self%least_part
+   end function surely_met
+
+   !> Size of a violation, or of a change of one: met is what is not more than the tolerance.
+   pure function measure(self, phi, x) result(size_of_it)
+      !> The yardstick.
+      class(yardstick_t), intent(in) :: self
+      !> Of the holonomic rows, finite: (n_phi).
+      real(wp), intent(in), contiguous :: phi(:)
+      !> Coordinates: (n_x).
+      real(wp), intent(in), contiguous :: x(:)
+      !> In the unit of the tolerance.
+      real(wp) :: size_of_it
+      real(wp) :: growth
+      integer :: i
+
+      growth = max(1.0_wp, largest_entry(x)/self%largest)
+      if (self%plain .and. growth*self%most_round_off <= 1.0_wp) then
+         size_of_it = largest_entry(phi)
+         return
+      end if
+      size_of_it = 0.0_wp
+      do i = 1, size(self%part)
+         size_of_it = max(size_of_it, abs(phi(i))/max(self%part(i), growth*self%round_off(i)))
+      end do
+   end function measure
+
+   !> Whether a displacement is round-off of the coordinates.
+   pure logical function nothing_moves(self, d, x)
+      !> The yardstick.
+      class(yardstick_t), intent(in) :: self
+      !> Along the velocities: (n).
+      real(wp), intent(in), contiguous :: d(:)
+      !> Coordinates: (n_x).
+      real(wp), intent(in), contiguous :: x(:)
+      real(wp) :: growth
+      integer :: j
+
+      growth = largest_entry(x)
+      if (self%plain) then
+         nothing_moves = largest_entry(d) <= at_rest*last_place(growth)
+         return
+      end if
+      growth = max(1.0_wp, growth/self%largest)
+      nothing_moves = .true.
+      do j = 1, size(d)
+         nothing_moves = nothing_moves .and. abs(d(j)) <= at_rest*epsilon(1.0_wp)*growth*self%coordinate(j)
+      end do
+   end function nothing_moves
+
+   !> Passes through an archive what a start has laid down.
+   subroutine serialize(self, archive, name)
+      !> The yardstick.
+      class(yardstick_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+      !> What of.
+      character(*), intent(in) :: name
+
+      call archive%item(name//': parts of the tolerance', self%part)
+      call archive%item(name//': round-off', self%round_off)
+      call archive%item(name//': coordinates', self%coordinate)
+      call self%conclude()
+   end subroutine serialize
+
+   !> Largest absolute entry; not finite if one of them is not.
+   pure function largest_entry(values) result(value)
+      !> The numbers.
+      real(wp), intent(in), contiguous :: values(:)
+      !> Not negative.
+      real(wp) :: value
+      !> Small systems are slowed down by what a longer loop prepares.
+      integer, parameter :: few = 8
+      integer(int64) :: even, odd
+      integer :: i, n
+
+      ! The bits of numbers without their signs are in the order of their sizes, with infinity and NaN at the end.
+      odd = 0_int64
+      n = size(values)
+      if (n < few) then
+         !GCC$ unroll 1
+         do i = 1, n
+            odd = max(odd, ibclr(transfer(values(i), odd), 63))
+         end do
+      else
+         ! Two at a time, which do not wait for each other.
+         even = 0_int64
+         do i = 1, n - 1, 2
+            odd = max(odd, ibclr(transfer(values(i), odd), 63))
+            even = max(even, ibclr(transfer(values(i + 1), even), 63))
+         end do
+         odd = max(odd, even, ibclr(transfer(values(n), odd), 63))
+      end if
+      value = transfer(odd, value)
+   end function largest_entry
+
+   !> The value of a positive number's last bit: `spacing`, without its calls.
+   pure function last_place(value) result(ulp)
+      real(wp), intent(in) :: value
+      real(wp) :: ulp
+      integer(int64), parameter :: mantissa = 2_int64**52 - 1_int64
+
+      ulp = epsilon(1.0_wp)*transfer(iand(transfer(value, mantissa), not(mantissa)), value)
+   end function last_place
+
+   !> How far the rows of A may be from those on the manifold: the distance to it, relative to the size of the coordinates.
+   pure function relative_violation(phi, a, x) result(value)
+      !> Violation of the holonomic constraints: (n_phi).
+      real(wp), intent(in), contiguous :: phi(:)
+      !> Constraint matrix, holonomic rows first.
+      type(csr_t), intent(in) :: a
+      !> Coordinates: (n_x).
+      real(wp), intent(in), contiguous :: x(:)
+      !> Between 0 and 1.
+      real(wp) :: value
+      real(wp) :: row, scale
+      integer :: begin, i, k, last
+
+      value = 0.0_wp
+      scale = largest_entry(x)
+      if (.not. (ieee_is_finite(scale) .and. scale > tiny(1.0_wp))) return
+      do i = 1, size(phi)
+         call find_row(a, i, begin, last)
+         row = 0.0_wp
+         !GCC$ unroll 1
+         do k = begin, last
+            row = max(row, abs(a%values(k)))
+         end do
+         if (row > tiny(1.0_wp) .and. abs(phi(i)) > value*(row*scale)) value = min(1.0_wp, abs(phi(i))/(row*scale))
+      end do
+   end function relative_violation
+
+   !> Entries of a row.
+   pure subroutine find_row(a, i, begin, last)
+      type(csr_t), intent(in) :: a
+      integer, intent(in) :: i
+      integer, intent(out) :: begin, last
+
+      if (a%full) then
+         begin = (i - 1)*a%n + 1
+         last = i*a%n
+      else
+         begin = a%first(i)
+         last = a%first(i + 1) - 1
+      end if
+   end subroutine find_row
+
+end module taut_constrained_yardstick
