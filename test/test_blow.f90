@@ -183,8 +183,8 @@ contains
          call no_error(failure, error)
          call check_close(failure, at%v(1), -rate*reduced/light, 1.0e-12_wp, trim(names(i))//': the light one')
          call check_close(failure, at%v(2), rate*reduced/heavy, 1.0e-12_wp, trim(names(i))//': the heavy one')
-         call check(failure, ode%blows == 1, trim(names(i))//': one blow')
-         call check_close(failure, ode%energy_of_blows, 0.5_wp*reduced*rate**2, 1.0e-12_wp, trim(names(i))//': energy')
+         call check(failure, ode%blows%count == 1, trim(names(i))//': one blow')
+         call check_close(failure, ode%blows%energy, 0.5_wp*reduced*rate**2, 1.0e-12_wp, trim(names(i))//': energy')
       end do
    end subroutine drive_begins
 

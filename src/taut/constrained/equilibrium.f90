@@ -298,7 +298,7 @@ contains
          call raise(error, here, 'the constraints are inconsistent: no displacement reduces their violation'//place, &
                     'correct the constraints, or start closer to them')
       case (mechanism, stuck)
-         call raise(error, here, 'a motion that nothing resists is loaded, most of all '//trim(loaded_velocity())//place, &
+         call raise(error, here, 'a motion that nothing resists is loaded, most of all '//trim(velocity_name(model, result%loaded))//place, &
                     'block it or constrain it; if it only has no stiffness where it starts, as a level rod under its weight, '// &
                     'start it off there (off the horizontal)')
       case (failed)
@@ -308,19 +308,6 @@ contains
                     'start closer to the equilibrium; where a load is at its limit, as before a snap-through, start beyond '// &
                     'it, or let a motion with damping find it')
       end select
-
-   contains
-
-      function loaded_velocity() result(name)
-         character(len=name_length) :: name
-
-         name = 'velocity '//to_text(result%loaded)
-         select type (model)
-         class is (tabulated_system_t)
-            name = model%v_name(result%loaded)
-         end select
-      end function loaded_velocity
-
    end subroutine explain
 
 end module taut_constrained_equilibrium

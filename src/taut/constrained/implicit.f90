@@ -18,7 +18,7 @@ module taut_constrained_implicit
    use taut_constrained_system_stiff, only: stiff_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
-   use taut_constrained_system_tables, only: tabulated_system_t
+   use taut_constrained_system_tables, only: coordinate_name, velocity_name
    use taut_error, only: to_text
    use taut_ode_system, only: not_converged, ode_system_t, rhs_not_solved, rhs_ok, rhs_retry
    implicit none (type, external)
@@ -369,7 +369,7 @@ contains
       if (trouble /= not_converged) then
          call self%projector%explain(text)
          if (self%singular_at > 0) then
-            text = 'the matrix is singular at '//name_of_velocity(self%singular_at)// &
+            text = 'the matrix is singular at '//trim(velocity_name(self%model, self%singular_at))// &
                    ', which has neither mass nor stiffness nor a constraint that determines it'
          else if (self%singular_at < 0) then
             call self%model%row_name(-self%singular_at, text)
@@ -382,37 +382,12 @@ contains
          if (i > self%n_v) then
             text = 'w('//to_text(i - self%n_v)//')'
          else if (i > 0) then
-            text = name_of_velocity(i)
+            text = trim(velocity_name(self%model, i))
          else
-            text = name_of_coordinate(entry)
+            text = trim(coordinate_name(self%model, entry))
          end if
          text = 'the largest correction is that of '//text
       end if
-
-   contains
-
-      function name_of_velocity(i) result(name)
-         integer, intent(in) :: i
-         character(:), allocatable :: name
-
-         name = 'velocity '//to_text(i)
-         select type (model => self%model)
-         class is (tabulated_system_t)
-            name = model%v_name(i)
-         end select
-      end function name_of_velocity
-
-      function name_of_coordinate(i) result(name)
-         integer, intent(in) :: i
-         character(:), allocatable :: name
-
-         name = 'coordinate '//to_text(i)
-         select type (model => self%model)
-         class is (tabulated_system_t)
-            name = model%x_name(i)
-         end select
-      end function name_of_coordinate
-
    end subroutine explain
 
    !> lambda of redundant rows is zero: that of the others makes up for it. mu is to vanish; what predictions make of it would not

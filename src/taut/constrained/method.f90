@@ -6,7 +6,8 @@
 !! - its right-hand side, `rhs`, and what it needs for that, `set_up`; `check_options` refuses options that make no sense;
 !! - its correction at the end of a step, `project`, with what that will take off a local error, `filter_error`. By default
 !!   coordinates are normalized and nothing else;
-!! - the layout of its state, `size`, `pack` and `unpack`, with `accelerations` to read a derivative. By default y = {x; v; w};
+!! - the layout of its state, `size`, `pack` and `unpack`, with `accelerations` to read a derivative, and what of it is left out
+!!   where errors are measured, `unmeasured`. By default y = {x; v; w};
 !! - what velocities do where a drive begins to move at once, `cross`. By default there is a blow;
 !! - what happens when a step is accepted, `accepted`: it may go on in other coordinates, and say so, `own_remark`. By default
 !! nothing;
@@ -24,22 +25,19 @@ module taut_constrained_method
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_constrained_blow, only: blow_t
+   use taut_constrained_blow, only: blows_t
    use taut_constrained_first_look, only: first_look
    use taut_constrained_mass, only: mass_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_reactions, only: power_of_reactions, reactions_t
    use taut_constrained_system, only: mechanical_system_t, state_t
-   use taut_constrained_system_tables, only: name_length, tabulated_system_t
+   use taut_constrained_system_tables, only: tabulated_system_t, velocity_name
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_ode_system, only: inside_step, ode_system_t, rhs_ok
    implicit none (type, external)
    private
    public :: constrained_ode_t, sample_t
-
-   !> Differences of b' before and behind a breakpoint up to this part of it are those of the two times.
-   real(wp), parameter :: no_jump = 1.0e-10_wp
 
    !> Rows of full matrices, beyond which nobody waits for them.
    integer, parameter :: most_rows = 2000
@@ -99,12 +97,10 @@ module taut_constrained_method
       logical :: finds_mu = .false.
       !> Whether forces may depend on its multipliers.
       logical :: carries_reactions = .true.
-      !> Blows at breakpoints: how many, and the kinetic energy that they gave [J].
-      integer :: blows = 0
-      real(wp) :: energy_of_blows = 0.0_wp
+      !> Blows at breakpoints.
+      type(blows_t) :: blows
       !> Kinetic energy of velocities that are all 1, masses alone, where `sample` was [J].
       real(wp) :: kinetic_of_unit = 0.0_wp
-      type(blow_t), private :: blow
       real(wp), allocatable, private :: dydt(:), vdot(:)
       !> M where `sample` was.
       type(block_diagonal_t), private :: m
@@ -116,6 +112,7 @@ module taut_constrained_method
       procedure :: pack
       procedure :: unpack
       procedure :: accelerations
+      procedure :: unmeasured
       procedure :: multipliers
       procedure :: project => normalize
       procedure :: cross => strike
@@ -304,6 +301,20 @@ contains
       vdot(:) = dydt(self%model%n_x + 1:self%model%n_x + self%model%n)
    end subroutine accelerations
 
+   !> What of y has no part in the measure of errors: coordinates that count turns, and what is added to {x; v; w}.
+   subroutine unmeasured(self, out)
+      !> The formulation.
+      class(constrained_ode_t), intent(in) :: self
+      !> Which entries: (size).
+      logical, intent(out) :: out(:)
+
+      out(:) = .false.
+      associate (model => self%model)
+         out(model%n_x - model%n_counters + 1:model%n_x) = .true.
+         out(model%n_x + model%n + model%n_w + 1:) = .true.
+      end associate
+   end subroutine unmeasured
+
    !> The multipliers of the last evaluation, of least norm where they are not unique.
    subroutine multipliers(self, s)
       !> The formulation, as `rhs` left it.
@@ -349,22 +360,14 @@ contains
       real(wp), intent(inout), contiguous :: y(:)
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
-      logical :: stale
+      logical :: stale, struck
 
       info = rhs_ok
       if (self%model%c > 0 .and. self%model%enforced) then
          call self%unpack(t, y, self%at)
-         call self%model%velocity_rhs(self%at, self%phidot)
-         self%at%t = before
-         call self%model%velocity_rhs(self%at, self%b_second)
-         call self%unpack(t, y, self%at)
-         if (any(abs(self%phidot - self%b_second) > no_jump*max(largest(self%phidot), largest(self%b_second)))) then
-            call self%blow%strike(self%model, self%options, self%at, info, rates_before=self%b_second)
-            if (info /= rhs_ok) return
-            self%blows = self%blows + 1
-            self%energy_of_blows = self%energy_of_blows + self%blow%energy
-            call self%pack(self%at, y)
-         end if
+         call self%blows%strike_at_jump(self%model, self%options, before, self%at, struck, info)
+         if (info /= rhs_ok) return
+         if (struck) call self%pack(self%at, y)
       end if
       call self%project(t, y, inside_step, stale, info)
    end subroutine strike
@@ -376,8 +379,7 @@ contains
       !> Initial state.
       type(state_t), intent(in) :: at
 
-      self%blows = 0
-      self%energy_of_blows = 0.0_wp
+      call self%blows%forget()
       self%has_integral = ieee_is_finite(self%model%energy(at)) .and. ieee_is_finite(self%model%power(at))
    end subroutine begin_balance
 
@@ -444,8 +446,7 @@ contains
       !> One line.
       character(:), allocatable, intent(out) :: text
 
-      text = ''
-      if (allocated(self%blow%why)) text = self%blow%why
+      call self%blows%explain(text)
       if (len(text) == 0) call self%mass%explain(text)
       if (len(text) == 0) call self%reactions%explain(text)
       if (len(text) == 0) call self%projector%explain(text)
@@ -484,11 +485,7 @@ contains
       integer :: i
       character(:), allocatable :: own
 
-      text = ''
-      if (self%blows > 0) &
-         text = to_text(self%blows)//' '//trim(merge('blow ', 'blows', self%blows == 1))// &
-                ' of drives that begin or stop at once: '//trim(merge('gained', 'lost  ', self%energy_of_blows > 0.0_wp))//' '// &
-                to_text(abs(self%energy_of_blows))//' J'
+      call self%blows%remark(text)
       associate (changes => self%projector%keeper%changes)
          do i = 1, size(changes, 2)
             if (len(text) > 0) text = text//'; '
@@ -526,28 +523,15 @@ contains
          call self%model%force(self%at, force)
          if (.not. all(ieee_is_finite(force))) then
             i = findloc(ieee_is_finite(force), .false., 1)
-            text = 'the force on '//trim(velocity_name())
+            text = 'the force on '//trim(velocity_name(self%model, i))
          else
-            text = 'the acceleration of '//trim(velocity_name())
+            text = 'the acceleration of '//trim(velocity_name(self%model, i))
          end if
       else if (i <= 0) then
          text = 'the rate of coordinate '//to_text(entry)
       else
          text = 'the rate of w('//to_text(i - self%model%n)//')'
       end if
-
-   contains
-
-      function velocity_name() result(name)
-         character(len=name_length) :: name
-
-         name = 'velocity '//to_text(i)
-         select type (model => self%model)
-         class is (tabulated_system_t)
-            name = model%v_name(i)
-         end select
-      end function velocity_name
-
    end subroutine entry_name
 
    !> Tells the iterations of the projection, or takes their count back.
@@ -629,7 +613,7 @@ contains
          call self%m%multiply(self%at%v, self%vdot)
          s%kinetic = 0.5_wp*dot_product(self%at%v, self%vdot)
          self%kinetic_of_unit = 0.5_wp*self%m%trace()
-         s%work = self%integral + self%energy_of_blows
+         s%work = self%integral + self%blows%energy
          if (.not. self%has_integral) s%work = ieee_value(s%work, ieee_quiet_nan)
          select type (model => self%model)
          class is (tabulated_system_t)
@@ -676,8 +660,7 @@ contains
       call archive%item('mu before projection', self%step_end%mu)
       call archive%item('projection iterations', self%projector%iterations)
       call archive%item('balances energy', self%has_integral)
-      call archive%item('blows', self%blows)
-      call archive%item('energy of blows', self%energy_of_blows)
+      call self%blows%serialize(archive)
       call self%projector%serialize(archive)
       call self%serialize_own(archive)
    end subroutine serialize

@@ -71,7 +71,7 @@ contains
       if (present(options)) settings = options
       call new_constrained_ode(self%ode, model, chosen, error)
       if (allocated(error)) return
-      call leave_out(model, self%ode%size(), settings)
+      call leave_out(self%ode, settings)
       call choose_constrained_stepper(settings, chosen, stepper, error)
       if (allocated(error)) return
       call self%integrator%init(self%ode%size(), settings, error, stepper)
@@ -80,20 +80,20 @@ contains
       allocate (self%at%x(model%n_x), self%at%v(model%n), self%at%w(model%n_w), source=0.0_wp)
    end subroutine init
 
-   !> Coordinates that count turns, and what a method adds to {x; v; w} for itself, have no part in the measure of errors: their
-   !! tolerance is endless.
-   subroutine leave_out(model, n, settings)
-      class(mechanical_system_t), intent(in) :: model
-      integer, intent(in) :: n
+   !> What a method does not measure has no part in the norm of errors: its tolerance is endless.
+   subroutine leave_out(ode, settings)
+      class(constrained_ode_t), intent(in) :: ode
       type(integration_options_t), intent(inout) :: settings
-      integer :: i, own
+      logical :: out(ode%size())
+      integer :: i
 
-      own = model%n_x + model%n + model%n_w
-      if (model%n_counters == 0 .and. n == own) return
-      if (.not. allocated(settings%atol_of)) settings%atol_of = [(settings%atol, i=1, own)]
-      if (size(settings%atol_of) /= own) return
-      settings%atol_of(model%n_x - model%n_counters + 1:model%n_x) = huge(1.0_wp)
-      settings%atol_of = [settings%atol_of, (huge(1.0_wp), i=own + 1, n)]
+      call ode%unmeasured(out)
+      if (.not. any(out)) return
+      if (.not. allocated(settings%atol_of)) settings%atol_of = [(settings%atol, i=1, ode%model%n_x + ode%model%n + ode%model%n_w)]
+      if (size(settings%atol_of) == ode%model%n_x + ode%model%n + ode%model%n_w) &
+         settings%atol_of = [settings%atol_of, (huge(1.0_wp), i=size(settings%atol_of) + 1, size(out))]
+      if (size(settings%atol_of) /= size(out)) return
+      where (out) settings%atol_of = huge(1.0_wp)
    end subroutine leave_out
 
    !> Brings the initial state to the constraints and integrates.

@@ -3,11 +3,11 @@ module taut_constrained_system_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use taut_kinds, only: wp
    use taut_error, only: to_text
-   use taut_constrained_system, only: state_t
+   use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_system_stiff, only: stiff_system_t
    implicit none (type, external)
    private
-   public :: tabulated_system_t, quantity_t, name_length
+   public :: tabulated_system_t, quantity_t, name_length, coordinate_name, velocity_name
 
    !> Length of the names of coordinates, velocities, outputs and events, padded with blanks: results of deferred length would be
    !! kept in static memory, which threads share.
@@ -52,6 +52,38 @@ module taut_constrained_system_tables
    end type tabulated_system_t
 
 contains
+
+   !> What a coordinate of any system is called where something is said of it.
+   function coordinate_name(model, i) result(name)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Index of the coordinate.
+      integer, intent(in) :: i
+      !> Its name in tables, or that it is the i-th.
+      character(len=name_length) :: name
+
+      name = 'coordinate '//to_text(i)
+      select type (model)
+      class is (tabulated_system_t)
+         name = model%x_name(i)
+      end select
+   end function coordinate_name
+
+   !> What a velocity of any system is called where something is said of it.
+   function velocity_name(model, i) result(name)
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Index of the velocity.
+      integer, intent(in) :: i
+      !> Its name in tables, or that it is the i-th.
+      character(len=name_length) :: name
+
+      name = 'velocity '//to_text(i)
+      select type (model)
+      class is (tabulated_system_t)
+         name = model%v_name(i)
+      end select
+   end function velocity_name
 
    !> Name of a coordinate in tables; the default is x1, x2, ...
    function numbered_x(self, i) result(name)
