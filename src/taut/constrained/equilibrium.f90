@@ -12,7 +12,7 @@ module taut_constrained_equilibrium
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_resistance, only: solve_doubtful, solve_regular, stiffness_t
-   use taut_constrained_system_tables, only: name_length, tabulated_system_t
+   use taut_constrained_system_tables, only: velocity_name
    use taut_constrained_tangent, only: free_velocities, ready, tangent, tangent_errors
    use taut_linalg_null_space, only: null_space
    implicit none (type, external)
@@ -298,7 +298,8 @@ contains
          call raise(error, here, 'the constraints are inconsistent: no displacement reduces their violation'//place, &
                     'correct the constraints, or start closer to them')
       case (mechanism, stuck)
-         call raise(error, here, 'a motion that nothing resists is loaded, most of all '//trim(velocity_name(model, result%loaded))//place, &
+         call raise(error, here, 'a motion that nothing resists is loaded, most of all '// &
+                    trim(velocity_name(model, result%loaded))//place, &
                     'block it or constrain it; if it only has no stiffness where it starts, as a level rod under its weight, '// &
                     'start it off there (off the horizontal)')
       case (failed)

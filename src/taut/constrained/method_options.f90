@@ -8,7 +8,7 @@ module taut_constrained_method_options
    public :: method_t, method_names
 
    !> All methods.
-   character(len=21), parameter :: method_names(16) = [character(len=21) :: 'baseline', 'present', 'baumgarte', &
+   character(len=21), parameter :: method_names(*) = [character(len=21) :: 'baseline', 'present', 'baumgarte', &
                                                       'braun-goldfarb', 'yu-chen', 'coordinate-projection', 'penalty', &
                                                       'unconstrained', 'minimal-coordinates', 'bayo-penalty', &
                                                        'augmented-lagrangian', 'udwadia-kalaba', 'dummy-derivatives', &

@@ -6,7 +6,7 @@ module taut_case_mechanism_joints
    use taut_case_mechanism_bodies, only: frames
    use taut_case_mechanism_part, only: declare_vector, moving_t, part_t
    use taut_model_mechanism_builder, only: mechanism_builder_t
-   use taut_model_mechanism_joint_table, only: in_plane, in_space, joint_kind_t, joint_kinds, type_coordinate
+   use taut_model_mechanism_joint_table, only: in_plane, in_space, joint_kind_t, joint_kinds
    implicit none (type, external)
    private
    public :: joint_group_t, rolling_group_t, knife_edge_group_t
@@ -86,8 +86,9 @@ contains
       integer :: i
 
       text = ''
-      do i = 1, type_coordinate
+      do i = 1, size(joint_kinds)
          associate (it => joint_kinds(i))
+            if (.not. it%general) cycle
             if (i > 1) text = text//'; '
             text = text//'"'//trim(it%name)//'" '//trim(it%help)//' ('//to_text(rows_of(it, in_space))//', '
             if (it%planar) text = text//to_text(rows_of(it, in_plane))

@@ -19,7 +19,7 @@ module taut_linalg_normal_solver_choose
    !! `auto`: of an A with a pattern, banded or sparse where that pays; otherwise Cholesky with pivoting. `dgelsd`: by singular
    !! values of S. `factor`: by those of A L^-T, K = L L^T, which does not square the condition number. `pivoted-cholesky`: always
    !! that. `banded`, `sparse`: L D L^T in an ordering with a small bandwidth or with little fill.
-   character(len=16), parameter :: solver_names(6) = [character(len=16) :: 'auto', 'dgelsd', 'factor', 'pivoted-cholesky', &
+   character(len=16), parameter :: solver_names(*) = [character(len=16) :: 'auto', 'dgelsd', 'factor', 'pivoted-cholesky', &
                                                       'banded', 'sparse']
 
    !> How much a multiplication of the sparse factorization costs, in those of the banded and of the dense one.

@@ -191,7 +191,7 @@ module taut_model_mechanism_builder
          class(mechanism_builder_t), intent(inout) :: self
          !> Its name: letters, digits, - and _; bodies, points and joints share their names.
          character(*), intent(in) :: name
-         !> One of `joint_types`.
+         !> One of `general_types`.
          character(*), intent(in) :: type
          !> A body, a point or `ground`.
          character(*), intent(in) :: body_1

@@ -5,7 +5,7 @@ module taut_model_mechanism_joint_table
    use taut_model_mechanism_row, only: row_contact, row_distance, row_dot, row_knife, row_offset, row_point, row_rolling
    implicit none (type, external)
    private
-   public :: joint_kind_t, row_plan_t, joint_kinds, joint_types, number_of_type, in_space, in_plane
+   public :: joint_kind_t, row_plan_t, joint_kinds, joint_types, general_types, number_of_type, in_space, in_plane
    public :: type_distance, type_spherical, type_revolute, type_prismatic, type_cylindrical, type_universal, type_planar, &
              type_fixed, type_in_line, type_coordinate, type_rolling, type_knife_edge
 
@@ -27,6 +27,8 @@ module taut_model_mechanism_joint_table
    type :: joint_kind_t
       !> What it is called.
       character(len=11) :: name
+      !> Whether a case file and a program join bodies with it by its name; else it has arguments of its own, and who takes them.
+      logical :: general = .true.
       !> Whether it has an angle about its axis, and a displacement along it: both may be shown and driven.
       logical :: has_angle = .false., has_displacement = .false.
       !> Whether a drive of the displacement is the motion of its own row; else it adds one.
@@ -43,10 +45,6 @@ module taut_model_mechanism_joint_table
       character(len=80) :: help
    end type joint_kind_t
 
-   integer, parameter :: type_distance = 1, type_spherical = 2, type_revolute = 3, type_prismatic = 4, type_cylindrical = 5, &
-                         type_universal = 6, type_planar = 7, type_fixed = 8, type_in_line = 9, type_coordinate = 10, &
-                         type_rolling = 11, type_knife_edge = 12
-
    type(row_plan_t), parameter :: none = row_plan_t()
    !> The points coincide; the axes are parallel.
    type(row_plan_t), parameter :: coincide(3) = [row_plan_t(row_point, a=-1), row_plan_t(row_point, a=-2), &
@@ -56,7 +54,7 @@ module taut_model_mechanism_joint_table
                                                        row_plan_t(row_dot, a=2, b=3, side=3, where=in_space)]
 
    !> The types, by their numbers.
-   type(joint_kind_t), parameter :: joint_kinds(12) = [ &
+   type(joint_kind_t), parameter :: joint_kinds(*) = [ &
       joint_kind_t('distance', has_displacement=.true., drives_own_row=.true., needs_axis=.false., needs_axis_in_plane=.false., &
                    rows=[row_plan_t(row_distance), none, none, none, none, none], &
                    help='keeps two points at a distance: a rod without mass'), &
@@ -83,14 +81,28 @@ module taut_model_mechanism_joint_table
       joint_kind_t('coordinate', has_displacement=.true., drives_own_row=.true., &
                    rows=[row_plan_t(row_point, a=3), none, none, none, none, none], &
                    help='holds or drives one coordinate of a point'), &
-      joint_kind_t('rolling', planar=.false., &
+      joint_kind_t('rolling', general=.false., planar=.false., &
                    rows=[row_plan_t(row_contact, a=3, b=3), row_plan_t(row_rolling, a=3, b=3, side=1), &
                          row_plan_t(row_rolling, a=3, b=3, side=2), none, none, none], help='a disc rolls on a plane'), &
-      joint_kind_t('knife-edge', rows=[row_plan_t(row_knife, b=3), none, none, none, none, none], &
+      joint_kind_t('knife-edge', general=.false., rows=[row_plan_t(row_knife, b=3), none, none, none, none, none], &
                    help='a point does not move across an edge of its body')]
 
-   !> Their names, in the order of their numbers.
-   character(len=11), parameter :: joint_types(size(joint_kinds)) = joint_kinds%name
+   !> Their names, in the order of their numbers; those that are general.
+   character(len=11), parameter :: joint_types(*) = joint_kinds%name, general_types(*) = pack(joint_types, joint_kinds%general)
+
+   !> Numbers of those that something is said of elsewhere.
+   integer, parameter :: type_distance = findloc(joint_types, 'distance', 1), &
+                         type_spherical = findloc(joint_types, 'spherical', 1), &
+                         type_revolute = findloc(joint_types, 'revolute', 1), &
+                         type_prismatic = findloc(joint_types, 'prismatic', 1), &
+                         type_cylindrical = findloc(joint_types, 'cylindrical', 1), &
+                         type_universal = findloc(joint_types, 'universal', 1), &
+                         type_planar = findloc(joint_types, 'planar', 1), &
+                         type_fixed = findloc(joint_types, 'fixed', 1), &
+                         type_in_line = findloc(joint_types, 'in-line', 1), &
+                         type_coordinate = findloc(joint_types, 'coordinate', 1), &
+                         type_rolling = findloc(joint_types, 'rolling', 1), &
+                         type_knife_edge = findloc(joint_types, 'knife-edge', 1)
 
 contains
 

@@ -10,7 +10,7 @@ module taut_ode_stepper_choose
    public :: choose_stepper, integrator_names, refuse_name
 
    !> All of them.
-   character(len=16), parameter :: integrator_names(3) = [character(len=16) :: 'dopri5', 'dop853', 'radau']
+   character(len=16), parameter :: integrator_names(*) = [character(len=16) :: 'dopri5', 'dop853', 'radau']
 
 contains
 

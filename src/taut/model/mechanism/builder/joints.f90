@@ -1,7 +1,7 @@
 !> Joints of a mechanism that is being built.
 submodule(taut_model_mechanism_builder) taut_model_mechanism_builder_joints
    use taut_model_mechanism_joint, only: joint_frames, joint_rows
-   use taut_model_mechanism_joint_table, only: joint_kinds, joint_types, number_of_type, type_coordinate, type_distance, &
+   use taut_model_mechanism_joint_table, only: general_types, joint_kinds, number_of_type, type_coordinate, type_distance, &
                                                type_fixed, type_knife_edge, type_planar, type_prismatic, type_rolling, &
                                                type_universal
    use taut_model_mechanism_row, only: row_t
@@ -19,9 +19,9 @@ contains
       if (allocated(self%error)) return
       made%name = trim(name)
       made%type = number_of_type(type)
-      if (made%type == 0 .or. made%type > type_coordinate) then
+      if (.not. any(general_types == type)) then
          call raise(self%error, '', 'there is no joint type "'//trim(type)//'"', &
-                    meant_of(type, joint_types(:type_coordinate))//'se '//list(joint_types(:type_coordinate)))
+                    meant_of(type, general_types)//'se '//list(general_types))
       else
          call check_arguments()
       end if
