@@ -23,6 +23,35 @@ COLUMNS = ("run", "instructions", "compiler")
 THRESHOLD = 3.0
 # Counting begins and ends with this procedure: loading a program costs as much as integrating a pendulum.
 COUNTED = "__taut_ode_integrate_MOD_run"
+# All that an app does.
+APPLICATION = "__taut_case_application_MOD_run_application"
+# Loops of hinges in space that share their cranks, three redundant constraints each.
+LOOPS = """
+&gravity /
+&body
+   name = "crank#", shape = "rod", thickness = 0.1, mass = 1.0, from = 0.0, 0.0, 0.0, to = 0.0, 1.0, 0.0
+   from_step = 1.0, 0.0, 0.0, to_step = 1.0, 0.0, 0.0, repeat = {cranks}, first = 0
+   velocity = 0.5, 0.0, 0.0, angular_velocity = 0.0, 0.0, -1.0
+/
+&body
+   name = "bar#", shape = "rod", thickness = 0.1, mass = 1.0, from = 0.0, 1.0, 0.0, to = 1.0, 1.0, 0.0
+   from_step = 1.0, 0.0, 0.0, to_step = 1.0, 0.0, 0.0, repeat = {loops}, velocity = 1.0, 0.0, 0.0
+/
+&joint
+   name = "A#", type = "revolute", body_2 = "crank#", point = 0.0, 0.0, 0.0, axis = 0.0, 0.0, 1.0
+   point_step = 1.0, 0.0, 0.0, repeat = {cranks}, first = 0
+/
+&joint
+   name = "left#", type = "revolute", body_1 = "crank#-1", body_2 = "bar#", point = 0.0, 1.0, 0.0, axis = 0.0, 0.0, 1.0
+   point_step = 1.0, 0.0, 0.0, repeat = {loops}
+/
+&joint
+   name = "right#", type = "revolute", body_1 = "bar#", body_2 = "crank#", point = 1.0, 1.0, 0.0, axis = 0.0, 0.0, 1.0
+   point_step = 1.0, 0.0, 0.0, repeat = {loops}
+/
+&integration t_end = 1e-3 /
+&output dt = 1e-3 /
+"""
 
 
 @dataclass(frozen=True)
@@ -31,6 +60,7 @@ class Short:
 
     app: str
     arguments: Callable[[Path], Sequence[str]]
+    counted: str = COUNTED
 
 
 def shortened(path: str, end: float) -> Callable[[Path], Sequence[str]]:
@@ -45,6 +75,17 @@ def shortened(path: str, end: float) -> Callable[[Path], Sequence[str]]:
     return write
 
 
+def loops(number: int) -> Callable[[Path], Sequence[str]]:
+    """Returns what writes a case of so many loops and returns the arguments."""
+
+    def write(folder: Path) -> Sequence[str]:
+        case = folder / "loops.nml"
+        case.write_text(LOOPS.format(loops=number, cranks=number + 1), encoding="utf-8")
+        return [str(case), "--out", str(folder), "--quiet"]
+
+    return write
+
+
 RUNS: dict[str, Short] = {
     "pendulum": Short("taut_benchmark", lambda _: "pendulum 1 present 1e-6 1e-6 0.1 10 0".split()),
     "chain-100": Short("taut_benchmark", lambda _: "chain 100 present 1e-6 1e-8 0 1 0".split()),
@@ -52,18 +93,21 @@ RUNS: dict[str, Short] = {
     "swing-1b": Short("swing", shortened("swing/1b.nml", 2e-3)),
     "andrews": Short("mechanism", shortened("mechanism/andrews.nml", 1e-3)),
     "bricard": Short("mechanism", shortened("mechanism/bricard.nml", 0.05)),
+    # Twice as many loops are to cost twice as much, from reading the file to the first steps.
+    "loops-50": Short("mechanism", loops(50), APPLICATION),
+    "loops-100": Short("mechanism", loops(100), APPLICATION),
 }
 
 
-def count(program: Path, arguments: Sequence[str], output: Path) -> int:
+def count(program: Path, arguments: Sequence[str], output: Path, counted: str = COUNTED) -> int:
     """Runs a program under callgrind and returns its instructions; the output keeps where they were."""
     # OpenBLAS chooses its kernels by the processor, and the count must not.
     command = ["env", "OPENBLAS_CORETYPE=Haswell", "valgrind", "--tool=callgrind", "--quiet"]
-    command += [f"--toggle-collect={COUNTED}", f"--callgrind-out-file={output}", str(program), *arguments]
+    command += [f"--toggle-collect={counted}", f"--callgrind-out-file={output}", str(program), *arguments]
     call(command)
     found = re.search(r"(?m)^(?:totals|summary): (\d+)", output.read_text(encoding="utf-8"))
     if found is None or found[1] == "0":
-        raise TautError(f"callgrind counted nothing in {COUNTED}")
+        raise TautError(f"callgrind counted nothing in {counted}")
     return int(found[1])
 
 
@@ -152,7 +196,7 @@ def main() -> int:
             for name in arguments.runs or RUNS:
                 output = Path(folder) / f"{name}.callgrind"
                 short = RUNS[name]
-                counts[name] = count(release(short.app), short.arguments(Path(folder)), output)
+                counts[name] = count(release(short.app), short.arguments(Path(folder)), output, short.counted)
                 if arguments.profile:
                     profiles[name] = functions(call(["callgrind_annotate", output]), arguments.profile)
         version = compiler()

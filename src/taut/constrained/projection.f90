@@ -906,8 +906,13 @@ contains
       kept = merge(1.0_wp, 0.0_wp, keeper%kept)
       call archive%item(name//' is made of rows', kept)
       call keeper%restore(kept > 0.0_wp)
-      call archive%item(name//' scale of rows', keeper%selection%row_scale)
-      call archive%item(name//' scale of columns', keeper%selection%column_scale)
+      kept = merge(1.0_wp, 0.0_wp, keeper%kept_before)
+      call archive%item(name//' was made of rows', kept)
+      keeper%kept_before(:) = kept > 0.0_wp
+      call archive%item(name//' is trusted', keeper%trusted)
+      call archive%item(name//' smallest pivot before', keeper%pivot_before)
+      call archive%item(name//' scale of rows', keeper%selection%rows%row_scale)
+      call archive%item(name//' scale of columns', keeper%selection%rows%column_scale)
       call archive%list(name//' changes', keeper%changes)
    end subroutine keeper_through
 

@@ -7,7 +7,7 @@ module taut_linalg_rank
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: doubtful_pivot, independent, exactly_dependent, largest_share, with_noise
+   public :: doubtful_pivot, independent, exactly_dependent, largest_share, negligible, with_noise
    public :: dead_pivot, dead_steps, passed_pivot, pivot_floor, weak_pivot, weaker, ill_conditioned, very_ill_conditioned
    public :: seen_rising, rising_steps, above_violation
    public :: rcond_of_s, rcond_of_root, rcond_of_pivots, widest_range, doubtful_in_s, least_pivot, unit_diagonal
@@ -28,6 +28,8 @@ module taut_linalg_rank
    !> Entries of null vectors beyond this ask for another choice of rows: at 1, exchanges would go on for ever between rows that
    !! are equals; without any, entries reach 1e5.
    real(wp), parameter :: largest_share = 2.0_wp
+   !> Entries of null vectors below this part of its length are round-off.
+   real(wp), parameter :: negligible = 64.0_wp*epsilon(1.0_wp)
    !> Beside the manifold a dependent row seems independent by about as much as constraints are violated; what exceeds the
    !! second is taken for independent all the same, as Newton's iteration is to see it.
    real(wp), parameter :: noise_factor = 10.0_wp, largest_noise = 1.0e-3_wp

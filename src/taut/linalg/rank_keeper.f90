@@ -9,8 +9,8 @@ module taut_linalg_rank_keeper
    use taut_kinds, only: wp
    use taut_linalg_csr, only: csr_t
    use taut_linalg_normal_solver, only: normal_solver_t
-   use taut_linalg_rank, only: above_violation, dead_pivot, dead_steps, doubtful_pivot, rising_steps, seen_rising, weak_pivot, &
-                               weaker
+   use taut_linalg_rank, only: above_violation, dead_pivot, dead_steps, doubtful_pivot, exactly_dependent, rising_steps, &
+                               seen_rising, weak_pivot, weaker
    use taut_linalg_row_selection, only: row_selection_t
    implicit none (type, external)
    private
@@ -20,9 +20,11 @@ module taut_linalg_rank_keeper
    type :: rank_keeper_t
       !> The last selection.
       type(row_selection_t) :: selection
-      !> Whether it holds, or is to be made anew wherever it is asked for; counts selections that differ from the one before.
+      !> Whether it holds, or is asked for anew wherever it is needed; counts selections that differ from the one before.
       logical :: holds = .false.
       integer :: revision = 0
+      !> Whether rows that were in charge are to be tried before others are looked for.
+      logical :: trusted = .false.
       !> The rows: (c).
       logical, allocatable :: kept(:)
       !> Accepted steps at a dead point, and with rows left out that are violated.
@@ -33,8 +35,9 @@ module taut_linalg_rank_keeper
       real(wp), allocatable :: changes(:, :)
       !> Rank of what held before it was let go; negative: nothing did.
       integer :: rank_before = -1
-      !> The rows before the selection at hand: (c).
-      logical, allocatable, private :: kept_before(:)
+      !> The rows in charge at the last look, before one those that were selected first: (c); their smallest pivot.
+      logical, allocatable :: kept_before(:)
+      real(wp) :: pivot_before = 1.0_wp
       !> A motion, projected on what the rows in charge allow: (n); workspace: (c).
       real(wp), allocatable, private :: probe(:), r(:), lambda(:), zero(:)
    contains
@@ -68,7 +71,8 @@ contains
       allocate (self%probe(a%n), self%r(c), self%lambda(c), self%zero(c), source=0.0_wp)
    end subroutine init
 
-   !> Selects the rows of a matrix, where no selection holds.
+   !> Decides on the rows of a matrix, where no selection holds: those in charge at the last look if they still are a good choice,
+   !! so that little is done where rows are redundant, else a new selection.
    !!
    !! Where all rows are clearly independent, at a state that meets the constraints, that holds: it is so everywhere but at dead
    !! points.
@@ -79,36 +83,50 @@ contains
       type(csr_t), intent(in) :: a
       !> Relative error of its rows, for want of a state that meets the constraints.
       real(wp), intent(in) :: noise
-
-      call select_rows(self, a, noise)
-      self%holds = self%selection%smallest_pivot > doubtful_pivot .and. .not. noise > 0.0_wp
-   end subroutine decide
-
-   !> A new selection.
-   subroutine select_rows(self, a, noise)
-      type(rank_keeper_t), intent(inout) :: self
-      type(csr_t), intent(in) :: a
-      real(wp), intent(in) :: noise
+      logical :: confirmed
 
       ! Of what is not finite, its solver complains.
-      if (.not. all(ieee_is_finite(a%values(:size_of(a, size(self%kept)))))) return
-      call self%selection%select(a, noise)
+      if (.not. is_finite(self, a)) return
+      confirmed = .false.
+      if (self%trusted) call self%selection%confirm(a, noise, self%kept_before, self%pivot_before, confirmed)
+      if (.not. confirmed) call self%selection%select(a, noise)
+      call put_in_charge(self)
+      self%holds = self%selection%smallest_pivot > doubtful_pivot .and. .not. noise > 0.0_wp
+      ! What is decided in between depends on the last look alone, which a checkpoint knows.
+      if (self%holds .or. .not. (self%trusted .or. self%rank_before >= 0)) call remember(self)
+   end subroutine decide
+
+   !> The rows that are selected take over.
+   subroutine put_in_charge(self)
+      type(rank_keeper_t), intent(inout) :: self
+
       self%dead = 0
       self%rising = 0
       self%first_pivot = -1.0_wp
       if (all(self%kept .eqv. self%selection%kept)) return
       self%kept(:) = self%selection%kept
       self%revision = self%revision + 1
-   end subroutine select_rows
+   end subroutine put_in_charge
 
-   !> Entries of the first rows.
-   pure integer function size_of(a, c)
+   !> The rows in charge are those to be tried first.
+   subroutine remember(self)
+      type(rank_keeper_t), intent(inout) :: self
+
+      self%kept_before(:) = self%kept
+      self%pivot_before = self%selection%smallest_kept
+      self%trusted = .true.
+   end subroutine remember
+
+   !> Whether all entries of the rows are finite.
+   pure logical function is_finite(self, a)
+      type(rank_keeper_t), intent(in) :: self
       type(csr_t), intent(in) :: a
-      integer, intent(in) :: c
+      integer :: entries
 
-      size_of = c*a%n
-      if (.not. a%full) size_of = a%first(c + 1) - 1
-   end function size_of
+      entries = size(self%kept)*a%n
+      if (.not. a%full) entries = a%first(size(self%kept) + 1) - 1
+      is_finite = all(ieee_is_finite(a%values(:entries)))
+   end function is_finite
 
    !> Tells a solver the rows.
    subroutine hand_over(self, solver)
@@ -152,28 +170,32 @@ contains
       real(wp) :: pivot
       logical :: again
 
+      before = self%rank_before
       if (.not. self%holds) then
-         call select_rows(self, a, violation)
-         self%holds = .true.
-         if (self%rank_before >= 0) call compare(self%rank_before)
-         self%rank_before = -1
-         return
+         if (.not. is_finite(self, a)) return
+         call self%selection%select(a, violation)
+         call put_in_charge(self)
+      else if (before < 0) then
+         self%kept_before(:) = self%kept
+         pivot = solver%weakest()
+         call solver%judge(pivot)
+         if (self%first_pivot < 0.0_wp) self%first_pivot = pivot
+         self%dead = merge(self%dead + 1, 0, pivot <= dead_pivot)
+         again = self%dead >= dead_steps
+         if (pivot > dead_pivot) again = pivot < weak_pivot .and. pivot < weaker*self%first_pivot
+         if (.not. again .and. solver%rank < solver%c) then
+            self%rising = merge(self%rising + 1, 0, slip(self, a, solver) > max(seen_rising, above_violation*violation))
+            again = self%rising >= rising_steps
+         end if
+         if (.not. (again .and. is_finite(self, a))) return
+         before = count(self%kept)
+         call self%selection%select(a, violation)
+         call put_in_charge(self)
       end if
-      self%kept_before(:) = self%kept
-      pivot = solver%weakest()
-      call solver%judge(pivot)
-      if (self%first_pivot < 0.0_wp) self%first_pivot = pivot
-      self%dead = merge(self%dead + 1, 0, pivot <= dead_pivot)
-      again = self%dead >= dead_steps
-      if (pivot > dead_pivot) again = pivot < weak_pivot .and. pivot < weaker*self%first_pivot
-      if (.not. again .and. solver%rank < solver%c) then
-         self%rising = merge(self%rising + 1, 0, slip(self, a, solver) > max(seen_rising, above_violation*violation))
-         again = self%rising >= rising_steps
-      end if
-      if (.not. again) return
-      before = count(self%kept)
-      call select_rows(self, a, violation)
-      call compare(before)
+      if (before >= 0) call compare(before)
+      self%holds = .true.
+      self%rank_before = -1
+      call remember(self)
 
    contains
 
@@ -194,30 +216,33 @@ contains
       type(rank_keeper_t), intent(inout) :: self
       type(csr_t), intent(in) :: a
       class(normal_solver_t), intent(inout) :: solver
-      real(wp) :: largest
+      real(wp) :: largest, length
       integer :: i, j
 
       ! Any motion will do that has a part in all directions.
       do j = 1, a%n
-         self%probe(j) = self%selection%column_scale(j)*sin(real(j*j, wp))
+         self%probe(j) = self%selection%rows%column_scale(j)*sin(real(j*j, wp))
       end do
+      length = norm2(self%probe/self%selection%rows%column_scale)
       call solver%project(a, self%zero, self%probe, self%r, self%lambda)
       call a%multiply(self%probe, self%r)
       largest = 0.0_wp
       do i = 1, size(self%kept)
-         if (.not. self%kept(i)) largest = max(largest, abs(self%r(i))*merge(1.0_wp, self%selection%row_scale(i), &
-                                                                             self%selection%empty(i)))
+         if (.not. self%kept(i)) largest = max(largest, abs(self%r(i))*merge(1.0_wp, self%selection%rows%row_scale(i), &
+                                                                             self%selection%rows%empty(i)))
       end do
-      largest = largest/max(norm2(self%probe/self%selection%column_scale), tiny(1.0_wp))
+      ! Where no motion is left, there is nothing but round-off.
+      largest = largest/max(norm2(self%probe/self%selection%rows%column_scale), exactly_dependent*length)
    end function slip
 
-   !> Lets the decision go: it is made anew wherever it is asked for, until the next look.
+   !> Lets the decision go, for it has proved wrong: rows are selected anew wherever they are asked for, until the next look.
    subroutine release(self)
       !> The keeper.
       class(rank_keeper_t), intent(inout) :: self
 
       if (.not. self%holds) return
       self%holds = .false.
+      self%trusted = .false.
       self%rank_before = count(self%kept)
       self%kept_before(:) = self%kept
    end subroutine release

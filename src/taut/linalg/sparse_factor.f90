@@ -3,7 +3,7 @@ module taut_linalg_sparse_factor
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: sparse_factor_t
+   public :: sparse_factor_t, sort
 
    !> The factor, row by row, with the entries that the elimination fills in found out once.
    !!
@@ -95,6 +95,7 @@ contains
 
    !> Ascending order, by shell sort.
    pure subroutine sort(list)
+      !> The numbers.
       integer, intent(inout) :: list(:)
       integer :: gap, i, j, t
 

@@ -8,7 +8,6 @@ module taut_linalg_normal_solver_ordered
    use taut_linalg_csr, only: csr_t
    use taut_linalg_normal_matrix, only: normal_matrix_t
    use taut_linalg_normal_solver, only: normal_solver_t
-   use taut_linalg_pivoted_cholesky, only: orthonormalize, remove_components
    implicit none (type, external)
    private
    public :: ordered_solver_t
@@ -196,35 +195,87 @@ contains
       end if
    end subroutine multipliers
 
-   !> Takes off multipliers what makes no reaction.
+   !> Takes off multipliers what makes no reaction: lambda - N (N^T N)^-1 N^T lambda, where the columns of N are the null vectors of
+   !! A^T, one for each row that is not kept, made up for by the others: N = (-S_KK^-1 S_KL; I).
+   !!
+   !! N is not formed: N^T N is at least I, and its entries are of size one, so that conjugate gradients are at the end after as
+   !! many passes as null vectors hang together.
    subroutine minimum_norm(self, lambda)
       !> The solver, after `factorize`.
       class(ordered_solver_t), intent(inout) :: self
       !> Multipliers, replaced: (c).
       real(wp), intent(inout), contiguous :: lambda(:)
-      real(wp), allocatable :: null(:, :), x(:)
-      integer :: i, j, l
+      !> What is left of a component counts as none up to this part of the multipliers.
+      real(wp), parameter :: enough = 16.0_wp*epsilon(1.0_wp)
+      real(wp), dimension(self%c) :: along, given, left, result, step
+      real(wp) :: far, left_before, length, size_of
+      logical :: kept(self%c)
+      integer :: i, most, pass
 
-      if (self%rank == self%c) return
-      ! Null vectors of S: one for each row that is not kept, made up for by the others.
-      allocate (null(self%c, self%c - self%rank), x(self%c), source=0.0_wp)
-      j = 0
+      most = self%c - self%rank
+      if (most == 0) return
       do i = 1, self%c
-         if (self%kept(self%normal%order(i))) cycle
-         j = j + 1
-         x(:) = 0.0_wp
-         do l = 1, size(self%normal%row)
-            if (self%normal%column(l) == i) x(self%normal%row(l)) = -self%normal%s(self%c + l)
-            if (self%normal%row(l) == i) x(self%normal%column(l)) = -self%normal%s(self%c + l)
-         end do
-         call self%solve(x)
-         x(i) = 1.0_wp
-         do l = 1, self%c
-            null(self%normal%order(l), j) = x(l)
-         end do
+         kept(i) = self%kept(self%normal%order(i))
+         given(i) = lambda(self%normal%order(i))
       end do
-      call orthonormalize(null, j)
-      call remove_components(null, j, lambda)
+      left = transposed_times(given)
+      step = left
+      along = 0.0_wp
+      size_of = norm2(given)
+      length = dot_product(left, left)
+      do pass = 1, most + 10
+         if (sqrt(length) <= enough*size_of) exit
+         result = transposed_times(times(step))
+         far = length/dot_product(step, result)
+         along = along + far*step
+         left = left - far*result
+         left_before = length
+         length = dot_product(left, left)
+         step = left + (length/left_before)*step
+      end do
+      given = given - times(along)
+      do i = 1, self%c
+         lambda(self%normal%order(i)) = given(i)
+      end do
+
+   contains
+
+      !> N z, z in the places of rows that are not kept.
+      function times(z) result(y)
+         real(wp), intent(in) :: z(:)
+         real(wp) :: y(self%c)
+
+         y = couple(z)
+         call self%solve(y)
+         y = z - y
+      end function times
+
+      !> N^T y, in the places of rows that are not kept.
+      function transposed_times(y) result(z)
+         real(wp), intent(in) :: y(:)
+         real(wp) :: z(self%c)
+
+         z = merge(y, 0.0_wp, kept)
+         call self%solve(z)
+         z = merge(0.0_wp, y - couple(z), kept)
+      end function transposed_times
+
+      !> What S has of rows that are kept for those that are not, and of these for the others.
+      function couple(x) result(y)
+         real(wp), intent(in) :: x(:)
+         real(wp) :: y(self%c)
+         integer :: l
+
+         y = 0.0_wp
+         do l = 1, size(self%normal%row)
+            associate (i => self%normal%row(l), j => self%normal%column(l), s => self%normal%s(self%c + l))
+               if (kept(i) .eqv. kept(j)) cycle
+               y(i) = y(i) + s*x(j)
+               y(j) = y(j) + s*x(i)
+            end associate
+         end do
+      end function couple
+
    end subroutine minimum_norm
 
    !> d := d - K^-1 A^T lambda.

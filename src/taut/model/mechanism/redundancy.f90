@@ -10,6 +10,7 @@ module taut_model_mechanism_redundancy
    use taut_linalg_csr, only: csr_t
    use taut_linalg_rank, only: exactly_dependent
    use taut_linalg_row_selection, only: row_selection_t
+   use taut_linalg_sparse_factor, only: sort
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: body_point, body_planar_point, pose_t
    use taut_rotation, only: cross
@@ -29,9 +30,9 @@ module taut_model_mechanism_redundancy
       character(:), allocatable :: text
    end type redundancy_t
 
-   !> A null vector: its entries that are not zero, and the joints that they belong to.
+   !> A null vector: its entries that are not zero, the joints that they belong to, and the bodies that these join.
    type :: null_vector_t
-      integer, allocatable :: row(:), joint(:)
+      integer, allocatable :: row(:), joint(:), body(:)
       real(wp), allocatable :: value(:)
    end type null_vector_t
 
@@ -39,6 +40,16 @@ module taut_model_mechanism_redundancy
    type :: circle_t
       integer, allocatable :: joint(:), vector(:)
    end type circle_t
+
+   !> Lists of numbers, one for each of many.
+   type :: lists_t
+      integer, allocatable :: first(:), of(:)
+   end type lists_t
+
+   !> Multipliers that are zero between calls: (c) each.
+   type :: multipliers_t
+      real(wp), allocatable :: all(:), one(:)
+   end type multipliers_t
 
    !> What is said of joints, and of how many sets of joints like these.
    type :: sentence_t
@@ -67,6 +78,7 @@ contains
       type(row_selection_t) :: selection
       type(null_vector_t), allocatable :: null(:)
       type(circle_t), allocatable :: circle(:)
+      type(multipliers_t) :: lambda
       integer, allocatable :: group(:)
       integer :: i, k
 
@@ -81,21 +93,22 @@ contains
       call selection%select(a, 0.0_wp)
       found%rank = selection%rank
       if (found%rank == model%c) return
-      allocate (null(count(.not. (selection%kept .or. selection%empty))))
+      allocate (null(count(.not. (selection%kept .or. selection%rows%empty))))
+      allocate (lambda%all(model%c), lambda%one(model%c), source=0.0_wp)
       k = 0
       do i = 1, model%c
          if (selection%kept(i)) cycle
          found%redundant(model%joint_of_row(i)) = found%redundant(model%joint_of_row(i)) + 1
-         if (selection%empty(i)) cycle
+         if (selection%rows%empty(i)) cycle
          k = k + 1
          call find_null_vector(model, selection, i, null(k))
          found%involved(null(k)%joint) = .true.
          if (selection%distance(i) > exactly_dependent) call tell_misfit(model, a, i, null(k), found%text)
       end do
       call tell_ignored(model, selection, found%text)
-      call find_circles(size(model%joints), null, circle)
-      call tell_circles(model, at, null, circle, found%text)
-      call tell_reactions(model, at, null, found%involved, found%text)
+      call find_circles(size(model%bodies), null, circle)
+      call tell_circles(model, at, null, circle, lambda, found%text)
+      call tell_reactions(model, at, null, found%involved, lambda, found%text)
    end subroutine find_redundancy
 
    !> The null vector of a row that is left out.
@@ -104,43 +117,114 @@ contains
       type(row_selection_t), intent(inout) :: selection
       integer, intent(in) :: k
       type(null_vector_t), intent(out) :: null
-      real(wp) :: v(model%c)
-      logical :: met(size(model%joints))
+      integer, allocatable :: body(:), row(:)
+      real(wp), allocatable :: value(:)
       integer :: i
 
-      call selection%null_vector(k, v)
-      null%row = pack([(i, i=1, model%c)], abs(v) > nothing*selection%row_scale)
-      null%value = v(null%row)
-      met = .false.
-      met(model%joint_of_row(null%row)) = .true.
-      null%joint = pack([(i, i=1, size(met))], met)
+      call selection%null_vector(k, row, value)
+      null%row = pack(row, abs(value) > nothing*selection%rows%row_scale(row))
+      null%value = pack(value, abs(value) > nothing*selection%rows%row_scale(row))
+      null%joint = set_of(model%joint_of_row(null%row))
+      body = [(model%joints(null%joint(i))%body_1, model%joints(null%joint(i))%body_2, i=1, size(null%joint))]
+      null%body = set_of(pack(body, body > 0))
    end subroutine find_null_vector
 
-   !> Null vectors that share joints, or are linked by others that do, are one circle.
-   subroutine find_circles(joints, null, circle)
-      integer, intent(in) :: joints
+   !> Each number once, ascending.
+   pure function set_of(list) result(set)
+      integer, intent(in) :: list(:)
+      integer, allocatable :: set(:)
+      integer :: i
+
+      set = list
+      call sort(set)
+      set = pack(set, [(i == 1 .or. set(max(i - 1, 1)) /= set(i), i=1, size(set))])
+   end function set_of
+
+   !> Whether a set has all that another one has; both ascending.
+   pure logical function contains_all(set, other)
+      integer, intent(in) :: set(:), other(:)
+      integer :: i, k
+
+      k = 1
+      do i = 1, size(set)
+         if (k > size(other)) exit
+         if (set(i) == other(k)) k = k + 1
+      end do
+      contains_all = k > size(other)
+   end function contains_all
+
+   !> Null vectors are one circle with those of no other bodies than its own: a loop has one, loops that share a body have two.
+   subroutine find_circles(bodies, null, circle)
+      integer, intent(in) :: bodies
       type(null_vector_t), intent(in) :: null(:)
       type(circle_t), allocatable, intent(out) :: circle(:)
-      integer :: circle_of(joints), i, k, known
+      type(lists_t) :: by_size, of_circle
+      integer :: last_at(bodies), number_at(bodies), circle_of(size(null))
+      integer, allocatable :: circle_at(:), founder(:), joint(:), next(:)
+      integer :: at, entries, i, k, known, rare
 
-      circle_of = 0
+      ! Of each body, the circles that it is in, as a chain.
+      allocate (circle_at(sum([(size(null(k)%body), k=1, size(null))])), source=0)
+      allocate (next, source=circle_at)
+      allocate (founder(size(null)), source=0)
+      last_at = 0
+      number_at = 0
+      entries = 0
       known = 0
-      do k = 1, size(null)
-         known = known + 1
-         do i = 1, size(null(k)%joint)
-            associate (met => circle_of(null(k)%joint(i)))
-               if (met > 0 .and. met < known) where (circle_of == met) circle_of = known
-               met = known
-            end associate
-         end do
+      ! The largest come first.
+      by_size = lists_by([(bodies + 1 - size(null(k)%body), k=1, size(null))], bodies + 1)
+      do i = 1, size(null)
+         k = by_size%of(i)
+         associate (body => null(k)%body)
+            rare = body(minloc(number_at(body), 1))
+            at = last_at(rare)
+            do while (at > 0)
+               if (contains_all(null(founder(circle_at(at)))%body, body)) exit
+               at = next(at)
+            end do
+            if (at > 0) then
+               circle_of(k) = circle_at(at)
+               cycle
+            end if
+            known = known + 1
+            founder(known) = k
+            circle_of(k) = known
+            circle_at(entries + 1:entries + size(body)) = known
+            next(entries + 1:entries + size(body)) = last_at(body)
+            last_at(body) = [(entries + at, at=1, size(body))]
+            number_at(body) = number_at(body) + 1
+            entries = entries + size(body)
+         end associate
       end do
-      allocate (circle(0))
-      do k = 1, known
-         if (.not. any(circle_of == k)) cycle
-         circle = [circle, circle_t(pack([(i, i=1, joints)], circle_of == k), &
-                                    pack([(i, i=1, size(null))], [(circle_of(null(i)%joint(1)) == k, i=1, size(null))]))]
+      of_circle = lists_by(circle_of, known)
+      allocate (circle(known))
+      do i = 1, known
+         circle(i)%vector = of_circle%of(of_circle%first(i):of_circle%first(i + 1) - 1)
+         joint = [(null(circle(i)%vector(k))%joint, k=1, size(circle(i)%vector))]
+         circle(i)%joint = set_of(joint)
       end do
    end subroutine find_circles
+
+   !> For each key from 1 on, the places where it stands, ascending.
+   pure function lists_by(key, keys) result(lists)
+      integer, intent(in) :: key(:), keys
+      type(lists_t) :: lists
+      integer :: i, next(keys)
+
+      allocate (lists%first(keys + 1), lists%of(size(key)), source=0)
+      do i = 1, size(key)
+         lists%first(key(i) + 1) = lists%first(key(i) + 1) + 1
+      end do
+      lists%first(1) = 1
+      do i = 1, keys
+         lists%first(i + 1) = lists%first(i) + lists%first(i + 1)
+      end do
+      next = lists%first(:keys)
+      do i = 1, size(key)
+         lists%of(next(key(i))) = i
+         next(key(i)) = next(key(i)) + 1
+      end do
+   end function lists_by
 
    !> Says of a row that depends on the others but for a little by how much it does not fit.
    subroutine tell_misfit(model, a, i, null, text)
@@ -168,7 +252,7 @@ contains
 
       ignored = 0
       do i = 1, model%c
-         if (selection%empty(i)) ignored(model%joint_of_row(i)) = ignored(model%joint_of_row(i)) + 1
+         if (selection%rows%empty(i)) ignored(model%joint_of_row(i)) = ignored(model%joint_of_row(i)) + 1
       end do
       do i = 1, size(ignored)
          if (ignored(i) == 0) cycle
@@ -200,33 +284,32 @@ contains
 
    !> What null vectors make at joints, forces and moments in global axes, (3, joints, vectors) each, with the largest as 1, or 0
    !! where there is nothing but round-off.
-   subroutine loads_of(model, at, null, vector, joint, force, moment)
+   subroutine loads_of(model, at, null, vector, joint, lambda, force, moment)
       type(mechanism_t), intent(in) :: model
       type(state_t), intent(in) :: at
       type(null_vector_t), intent(in) :: null(:)
       integer, intent(in) :: vector(:), joint(:)
+      type(multipliers_t), intent(inout) :: lambda
       real(wp), allocatable, intent(out) :: force(:, :, :), moment(:, :, :)
-      real(wp) :: f(3), largest(2), m(3), one(model%c), v(model%c)
+      real(wp) :: f(3), largest(2), m(3)
       integer :: i, j, k
 
       allocate (force(3, size(joint), size(vector)), moment(3, size(joint), size(vector)))
       largest = 0.0_wp
-      v = 0.0_wp
-      one = 0.0_wp
       do k = 1, size(vector)
          associate (it => null(vector(k)))
-            v(it%row) = it%value
+            lambda%all(it%row) = it%value
             do j = 1, size(joint)
-               call model%reaction(at, v, joint(j), force(:, j, k), moment(:, j, k))
+               call model%reaction(at, lambda%all, joint(j), force(:, j, k), moment(:, j, k))
                do i = 1, size(it%row)
                   if (model%joint_of_row(it%row(i)) /= joint(j)) cycle
-                  one(it%row(i)) = it%value(i)
-                  call model%reaction(at, one, joint(j), f, m)
-                  one(it%row(i)) = 0.0_wp
+                  lambda%one(it%row(i)) = it%value(i)
+                  call model%reaction(at, lambda%one, joint(j), f, m)
+                  lambda%one(it%row(i)) = 0.0_wp
                   largest = max(largest, [norm2(f), norm2(m)])
                end do
             end do
-            v(it%row) = 0.0_wp
+            lambda%all(it%row) = 0.0_wp
          end associate
       end do
       where (largest <= 0.0_wp) largest = 1.0_wp
@@ -235,11 +318,12 @@ contains
    end subroutine loads_of
 
    !> For each circle what is prevented more than once; circles that are alike are told once.
-   subroutine tell_circles(model, at, null, circle, text)
+   subroutine tell_circles(model, at, null, circle, lambda, text)
       type(mechanism_t), intent(in) :: model
       type(state_t), intent(in) :: at
       type(null_vector_t), intent(in) :: null(:)
       type(circle_t), intent(in) :: circle(:)
+      type(multipliers_t), intent(inout) :: lambda
       character(:), allocatable, intent(inout) :: text
       type(sentence_t), allocatable :: sentence(:)
       type(sentence_t) :: one
@@ -247,7 +331,7 @@ contains
 
       allocate (sentence(0))
       do i = 1, size(circle)
-         call describe_circle(model, at, null, circle(i), one%what)
+         call describe_circle(model, at, null, circle(i), lambda, one%what)
          one%joint = circle(i)%joint
          do j = 1, size(sentence)
             if (sentence(j)%what == one%what .and. size(sentence(j)%joint) == size(one%joint)) exit
@@ -266,11 +350,12 @@ contains
    end subroutine tell_circles
 
    !> The rotations and shifts that joints of a circle prevent more than once.
-   subroutine describe_circle(model, at, null, circle, predicate)
+   subroutine describe_circle(model, at, null, circle, lambda, predicate)
       type(mechanism_t), intent(in) :: model
       type(state_t), intent(in) :: at
       type(null_vector_t), intent(in) :: null(:)
       type(circle_t), intent(in) :: circle
+      type(multipliers_t), intent(inout) :: lambda
       character(:), allocatable, intent(out) :: predicate
       real(wp), allocatable :: f(:, :), force(:, :, :), m(:, :), moment(:, :, :)
       real(wp) :: axis(3), one(3), other(3)
@@ -282,7 +367,7 @@ contains
          predicate = 'motions are prevented '//to_text(n)//' times too often'
          return
       end if
-      call loads_of(model, at, null, circle%vector, circle%joint, force, moment)
+      call loads_of(model, at, null, circle%vector, circle%joint, lambda, force, moment)
       axis = 0.0_wp
       parallel = .true.
       do i = 1, size(circle%joint)
@@ -376,20 +461,28 @@ contains
    end function direction_of
 
    !> For each joint whose reactions are not all unique, which are and which are not; joints that are alike are told once.
-   subroutine tell_reactions(model, at, null, involved, text)
+   subroutine tell_reactions(model, at, null, involved, lambda, text)
       type(mechanism_t), intent(in) :: model
       type(state_t), intent(in) :: at
       type(null_vector_t), intent(in) :: null(:)
       logical, intent(in) :: involved(:)
+      type(multipliers_t), intent(inout) :: lambda
       character(:), allocatable, intent(inout) :: text
       type(sentence_t), allocatable :: sentence(:)
       type(sentence_t) :: one
-      integer :: i, j
+      type(lists_t) :: member, rows
+      integer, allocatable :: vector(:)
+      integer :: i, j, k
 
+      ! The null vectors of each joint, by their joints one after the other.
+      vector = [((k, i=1, size(null(k)%joint)), k=1, size(null))]
+      member = lists_by([(null(k)%joint, k=1, size(null))], size(involved))
+      rows = lists_by(model%joint_of_row, size(involved))
       allocate (sentence(0))
       do j = 1, size(involved)
          if (.not. involved(j)) cycle
-         call describe_reactions(model, at, null, j, one%what, one%besides)
+         call describe_reactions(model, at, null, vector(member%of(member%first(j):member%first(j + 1) - 1)), &
+                                 rows%of(rows%first(j):rows%first(j + 1) - 1), j, lambda, one%what, one%besides)
          one%joint = [j]
          do i = 1, size(sentence)
             if (sentence(i)%what == one%what .and. sentence(i)%besides == one%besides) exit
@@ -409,26 +502,24 @@ contains
    end subroutine tell_reactions
 
    !> The components of a joint's reaction that are not unique, and those that are.
-   subroutine describe_reactions(model, at, null, j, components, unique)
+   subroutine describe_reactions(model, at, null, vector, rows, j, lambda, components, unique)
       type(mechanism_t), intent(in) :: model
       type(state_t), intent(in) :: at
       type(null_vector_t), intent(in) :: null(:)
-      integer, intent(in) :: j
+      integer, intent(in) :: vector(:), rows(:), j
+      type(multipliers_t), intent(inout) :: lambda
       character(:), allocatable, intent(out) :: components, unique
-      type(null_vector_t), allocatable :: row(:)
+      type(null_vector_t) :: row(size(rows))
       real(wp), allocatable :: f(:, :, :), f_row(:, :, :), m(:, :, :), m_row(:, :, :)
       real(wp) :: axis(3)
-      integer, allocatable :: of_joint(:)
       integer :: i
 
-      of_joint = pack([(i, i=1, size(null))], [(any(null(i)%joint == j), i=1, size(null))])
-      call loads_of(model, at, null, of_joint, [j], f, m)
-      of_joint = pack([(i, i=1, model%c)], model%joint_of_row == j)
-      allocate (row(size(of_joint)))
-      do i = 1, size(row)
-         row(i) = null_vector_t([of_joint(i)], [j], [1.0_wp])
+      call loads_of(model, at, null, vector, [j], lambda, f, m)
+      do i = 1, size(rows)
+         row(i)%row = rows(i:i)
+         row(i)%value = [1.0_wp]
       end do
-      call loads_of(model, at, row, [(i, i=1, size(row))], [j], f_row, m_row)
+      call loads_of(model, at, row, [(i, i=1, size(rows))], [j], lambda, f_row, m_row)
       axis = axis_of(model, at, j)
       components = ''
       unique = ''
