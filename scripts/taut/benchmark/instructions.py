@@ -38,16 +38,16 @@ LOOPS = """
    from_step = 1.0, 0.0, 0.0, to_step = 1.0, 0.0, 0.0, repeat = {loops}, velocity = 1.0, 0.0, 0.0
 /
 &joint
-   name = "A#", type = "revolute", body_2 = "crank#", point = 0.0, 0.0, 0.0, axis = 0.0, 0.0, 1.0
-   point_step = 1.0, 0.0, 0.0, repeat = {cranks}, first = 0
+   name = "A#", type = "revolute", body_2 = "crank#", point = 0.0, 0.0, 0.0
+   point_step = 1.0, 0.0, 0.0, axis = 0.0, 0.0, 1.0, repeat = {cranks}, first = 0
 /
 &joint
-   name = "left#", type = "revolute", body_1 = "crank#-1", body_2 = "bar#", point = 0.0, 1.0, 0.0, axis = 0.0, 0.0, 1.0
-   point_step = 1.0, 0.0, 0.0, repeat = {loops}
+   name = "left#", type = "revolute", body_1 = "crank#-1", body_2 = "bar#", point = 0.0, 1.0, 0.0
+   point_step = 1.0, 0.0, 0.0, axis = 0.0, 0.0, 1.0, repeat = {loops}
 /
 &joint
-   name = "right#", type = "revolute", body_1 = "bar#", body_2 = "crank#", point = 1.0, 1.0, 0.0, axis = 0.0, 0.0, 1.0
-   point_step = 1.0, 0.0, 0.0, repeat = {loops}
+   name = "right#", type = "revolute", body_1 = "bar#", body_2 = "crank#", point = 1.0, 1.0, 0.0
+   point_step = 1.0, 0.0, 0.0, axis = 0.0, 0.0, 1.0, repeat = {loops}
 /
 &integration t_end = 1e-3 /
 &output dt = 1e-3 /
