@@ -5,7 +5,8 @@
 !! is refused, with the residual named, unless the method has `accept_inconsistent`, and then it is reported as violation.
 !!
 !! Shapes over coordinates that are not the integrals of the velocities, such as quaternions, have no meaning; flexible bodies
-!! that turn are modal bodies in a floating frame. Each evaluation makes the full state anew on the heap.
+!! that turn are modal bodies in a floating frame. Each evaluation makes the full state anew on the heap, for the systems are not
+!! to be written to: a third of the instructions where there are two coordinates, a twelfth where there are ten.
 module taut_constrained_ritz
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text

@@ -8,11 +8,11 @@ module taut_model_mechanism_body
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_model_pose, only: move_pose, normalize_pose, pose_rate, pose_velocity, turned, turned_back
-   use taut_rotation, only: matrix_of_quaternion
+   use taut_rotation, only: cross, matrix_of_quaternion
    implicit none (type, external)
    private
    public :: body_t, pose_t, ground_pose, point_motion
-   public :: turned, turned_back, vector_product
+   public :: turned, turned_back
    public :: body_spatial, body_planar, body_point, body_planar_point
    public :: coordinates_of_kind, velocities_of_kind, entry_of_velocity
 
@@ -68,20 +68,6 @@ module taut_model_mechanism_body
 
 contains
 
-   !> a x b, in this file so that the compiler can unfold it.
-   pure function vector_product(a, b) result(c)
-      !> The first vector.
-      real(wp), intent(in) :: a(3)
-      !> The second vector.
-      real(wp), intent(in) :: b(3)
-      !> Their product.
-      real(wp) :: c(3)
-
-      c(1) = a(2)*b(3) - a(3)*b(2)
-      c(2) = a(3)*b(1) - a(1)*b(3)
-      c(3) = a(1)*b(2) - a(2)*b(1)
-   end function vector_product
-
    !> The ground: at rest at the origin, its axes are the global ones.
    pure subroutine ground_pose(it)
       !> Its pose.
@@ -111,7 +97,7 @@ contains
       integer :: i
 
       x = turned(it%r, p)
-      arm = vector_product(it%w, p)
+      arm = cross(it%w, p)
       v = turned(it%r, arm)
       do i = 1, 3
          x(i) = x(i) + it%p(i)
@@ -169,7 +155,7 @@ contains
       real(wp), intent(in) :: j(3, 3)
       real(wp) :: value
 
-      value = dot_product(j(:, 1), vector_product(j(:, 2), j(:, 3)))
+      value = dot_product(j(:, 1), cross(j(:, 2), j(:, 3)))
    end function determinant
 
    !> Whether half I - J + slack I has no negative eigenvalue: all principal minors.
@@ -333,7 +319,7 @@ contains
       real(wp) :: entries(6)
 
       entries(1:3) = force
-      entries(4:6) = vector_product(point, turned_back(it%r, force))
+      entries(4:6) = cross(point, turned_back(it%r, force))
       call add_entries(self, entries, f)
    end subroutine add_force
 

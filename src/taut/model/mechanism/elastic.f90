@@ -1,7 +1,8 @@
 !> What of a mechanism is stiff: springs that have a stiffness, one row each, then the elements of beams, six rows each.
 submodule(taut_model_mechanism) taut_model_mechanism_elastic
    use taut_model_beam_element, only: element_rows
-   use taut_model_mechanism_body, only: turned_back, vector_product
+   use taut_model_mechanism_body, only: turned_back
+   use taut_rotation, only: cross
    implicit none (type, external)
 
 contains
@@ -141,9 +142,9 @@ contains
                e_1(1:3) = -direction
                e_2(1:3) = direction
                arm = turned_back(one%r, direction)
-               e_1(4:6) = -vector_product(spring%p_1, arm)
+               e_1(4:6) = -cross(spring%p_1, arm)
                arm = turned_back(two%r, direction)
-               e_2(4:6) = vector_product(spring%p_2, arm)
+               e_2(4:6) = cross(spring%p_2, arm)
             end if
             call put()
          end associate

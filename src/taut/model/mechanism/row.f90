@@ -45,6 +45,8 @@ module taut_model_mechanism_row
 
 contains
 
+   ! Products of vectors are in this file, where the compiler unfolds them: else Andrews' mechanism takes 6 % more.
+
    !> R u.
    pure function turned(r, u) result(v)
       !> Rotation.
