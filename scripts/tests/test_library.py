@@ -54,6 +54,39 @@ def runs(folder: Path, program: Path) -> None:
     assert done(folder, program).startswith("reached-end")
 
 
+def test_static_programs_hold_their_libraries(installed: Path, tmp_path: Path) -> None:
+    # scripts/setup installs the archives on Debian; elsewhere they may be missing, and the script says so.
+    if not Path(done(tmp_path, "gfortran", "-print-file-name=liblapack.a").strip()).is_file():
+        nothing_to_test("there is no liblapack.a")
+    done(tmp_path, ROOT / "scripts/install", "--static", "held")
+    programs = sorted((tmp_path / "held/bin").iterdir())
+    assert [program.name for program in programs] == [
+        path.name for path in sorted((installed / "bin").iterdir())
+    ]
+    for program in programs:
+        assert not re.search("lapack|blas|libgfortran", done(tmp_path, "ldd", program))
+    # LAPACK's eigenvalues, and letters that C's library makes.
+    found = []
+    for folder in (installed, tmp_path / "held"):
+        out = tmp_path / folder.name
+        done(
+            tmp_path, folder / "bin/beam_modes", ROOT / "cases/beam_modes/table1.nml", "--out", out, "--quiet"
+        )
+        lines = (out / "table1/frequencies.csv").read_text(encoding="utf-8").splitlines()[1:]
+        found.append([float(line.split(",")[1]) for line in lines])
+    # The lowest frequency is a small difference of stiff terms.
+    assert found[1] == pytest.approx(found[0], rel=1e-5)
+
+
+def test_install_takes_a_prefix_and_one_option(tmp_path: Path) -> None:
+    for arguments in (["--shared"], ["a", "b"], ["--static", "--static"]):
+        ran = subprocess.run(
+            [ROOT / "scripts/install", *arguments], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        assert ran.returncode == 1
+        assert ran.stderr == "install: arguments are: [--static] [PREFIX]\n"
+
+
 def test_modules_have_a_folder_of_their_own(installed: Path) -> None:
     assert [path.name for path in (installed / "include").iterdir()] == ["taut"]
     assert {"taut.mod", "taut_kinds.mod"} <= {path.name for path in (installed / "include/taut").iterdir()}
