@@ -73,6 +73,15 @@ def test_a_case_is_cut_short(tmp_path: Path) -> None:
     assert "t_end = 0.002\n" in Path(arguments[0]).read_text(encoding="utf-8")
 
 
+def test_runs_of_a_sweep_are_listed(tmp_path: Path) -> None:
+    case, *rest = instructions.RUNS["sweep"].arguments(tmp_path)
+    assert "@1@" in Path(case).read_text(encoding="utf-8")
+    assert rest == ["--runs", str(tmp_path / "runs.tsv"), "--quiet"]
+    lines = (tmp_path / "runs.tsv").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 20
+    assert lines[5] == "5\t1.0"
+
+
 def test_program_without_an_integration_counts_nothing(tmp_path: Path) -> None:
     if shutil.which("valgrind") is None:
         pytest.skip("valgrind is not installed")

@@ -21,10 +21,12 @@ BASELINE = Path(__file__).with_name("instructions.csv")
 COLUMNS = ("run", "instructions", "compiler")
 # Growth that is an error [%].
 THRESHOLD = 3.0
-# Counting begins and ends with this procedure: loading a program costs as much as integrating a pendulum.
+# Counting begins and ends with a procedure: loading a program costs as much as integrating a pendulum.
 COUNTED = "__taut_ode_integrate_MOD_run"
-# All that an app does.
+# All that an app does; reading and assembling a mechanism; all runs of a sweep.
 APPLICATION = "__taut_case_application_MOD_run_application"
+READING = "__taut_case_mechanism_MOD_read_loaded"
+SWEEPING = "__taut_case_variants_MOD_run_variants"
 # Loops of hinges in space that share their cranks, three redundant constraints each.
 LOOPS = """
 &gravity /
@@ -63,13 +65,12 @@ class Short:
     counted: str = COUNTED
 
 
-def shortened(path: str, end: float) -> Callable[[Path], Sequence[str]]:
-    """Returns what writes a shipped case with an early end [s] and returns the arguments."""
+def written(text: str) -> Callable[[Path], Sequence[str]]:
+    """Returns what writes a case of its own and returns the arguments."""
 
     def write(folder: Path) -> Sequence[str]:
-        template = Template(ROOT / "cases" / path, [Entry.read("integration.t_end")])
-        case = folder / "short.nml"
-        case.write_text(template.fill([end]), encoding="utf-8")
+        case = folder / "own.nml"
+        case.write_text(text, encoding="utf-8")
         return [str(case), "--out", str(folder), "--quiet"]
 
     return write
@@ -77,10 +78,24 @@ def shortened(path: str, end: float) -> Callable[[Path], Sequence[str]]:
 
 def loops(number: int) -> Callable[[Path], Sequence[str]]:
     """Returns what writes a case of so many loops and returns the arguments."""
+    return written(LOOPS.format(loops=number, cranks=number + 1))
+
+
+def listed(folder: Path) -> Sequence[str]:
+    """Writes a case with a blank and a list of twenty runs, and returns the arguments."""
+    path = folder / "runs.tsv"
+    path.write_text("".join(f"{i}\t{0.5 + 0.1 * i}\n" for i in range(20)), encoding="utf-8")
+    case, *_ = written("&pendulum mass = @1@ /\n")(folder)
+    return [case, "--runs", str(path), "--quiet"]
+
+
+def shortened(path: str, end: float) -> Callable[[Path], Sequence[str]]:
+    """Returns what writes a shipped case with an early end [s] and returns the arguments."""
 
     def write(folder: Path) -> Sequence[str]:
-        case = folder / "loops.nml"
-        case.write_text(LOOPS.format(loops=number, cranks=number + 1), encoding="utf-8")
+        template = Template(ROOT / "cases" / path, [Entry.read("integration.t_end")])
+        case = folder / "short.nml"
+        case.write_text(template.fill([end]), encoding="utf-8")
         return [str(case), "--out", str(folder), "--quiet"]
 
     return write
@@ -96,11 +111,16 @@ RUNS: dict[str, Short] = {
     # Twice as many loops are to cost twice as much, from reading the file to the first steps.
     "loops-50": Short("mechanism", loops(50), APPLICATION),
     "loops-100": Short("mechanism", loops(100), APPLICATION),
+    "bricard-dop853": Short("taut_benchmark", lambda _: "bricard 1 present-dop853 1e-9 1e-9 0 1 0".split()),
+    "spring-radau": Short("taut_benchmark", lambda _: "spring 8 present-radau 1e-6 1e-9 0 1 0".split()),
+    "read-chain": Short("mechanism", shortened("mechanism/chain.nml", 1e-6), READING),
+    "csv": Short("pendulum", written("&output dt = 1e-2 /\n")),
+    "sweep": Short("pendulum", listed, SWEEPING),
 }
 
 
 def count(program: Path, arguments: Sequence[str], output: Path, counted: str = COUNTED) -> int:
-    """Runs a program under callgrind and returns its instructions; the output keeps where they were."""
+    """Returns the instructions of a procedure under callgrind; the output keeps where they were."""
     # OpenBLAS chooses its kernels by the processor, and the count must not.
     command = ["env", "OPENBLAS_CORETYPE=Haswell", "valgrind", "--tool=callgrind", "--quiet"]
     command += [f"--toggle-collect={counted}", f"--callgrind-out-file={output}", str(program), *arguments]
@@ -197,6 +217,8 @@ def main() -> int:
                 output = Path(folder) / f"{name}.callgrind"
                 short = RUNS[name]
                 counts[name] = count(release(short.app), short.arguments(Path(folder)), output, short.counted)
+                given = short.arguments(Path(folder))
+                counts[name] = count(release(short.app), given, output, short.counted)
                 if arguments.profile:
                     profiles[name] = functions(call(["callgrind_annotate", output]), arguments.profile)
         version = compiler()
