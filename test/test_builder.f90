@@ -3,6 +3,7 @@ module test_builder
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use taut, only: block_diagonal_t, error_t, integration_options_t, integration_result_t, mechanism_builder_t, mechanism_t, &
                    simulate, state_t, status_reached_end, wp
+   use taut_error, only: to_text
    use taut_name_index, only: name_index_t
    use taut_rotation, only: rotate
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
@@ -309,6 +310,7 @@ contains
       call builder%add_joint('free', 'prismatic', 'upper', 'lower', point=[1.0e3_wp, 0.0_wp, 0.0_wp], &
                              axis=[1.0_wp, 0.0_wp, 0.0_wp])
       call builder%add_body('turned', mass=1.0_wp, inertia=[1.0_wp, 1.0_wp, 1.0_wp], angle=-6.28_wp)
+      call builder%add_load('upper', [0.0_wp, 1.0_wp, 0.0_wp], point=[19.0_wp, 0.0_wp, 0.0_wp], name='near')
       call check(failure, .not. (allocated(builder%notes) .or. allocated(builder%error)), 'nothing yet')
       call builder%add_body('more', mass=1.0_wp, inertia=[1.0_wp, 1.0_wp, 1.0_wp], angle=-6.29_wp)
       call builder%add_joint('farther', 'spherical', 'upper', 'more', point=[20.6_wp, 0.0_wp, 0.0_wp])
@@ -316,10 +318,20 @@ contains
       if (.not. allocated(failure)) call check(failure, allocated(builder%notes), 'something')
       if (allocated(failure)) return
       call check(failure, size(builder%notes) == 2, 'an angle, a joint far off one of its bodies')
+      call builder%add_load('upper', [0.0_wp, 1.0_wp, 0.0_wp], point=[20.6_wp, 0.0_wp, 0.0_wp], name='pull')
+      call builder%add_load('upper', [0.0_wp, 0.0_wp, 1.0_wp], point=[20.6_wp, 0.0_wp, 0.0_wp], moment=.true.)
+      call builder%add_spring(body_1='upper', body_2='lower', point_1=[0.6_wp, 0.0_wp, 0.0_wp], &
+                              point_2=[0.0_wp, 40.0_wp, 0.0_wp], stiffness=1.0_wp, name='wire')
+      call builder%add_point('sensor', 'upper', [20.6_wp, 0.0_wp, 0.0_wp])
+      call check(failure, .not. allocated(builder%error), 'they are taken: '//told(builder))
+      call check(failure, size(builder%notes) == 5, 'a force, a spring and a sensor: '//to_text(size(builder%notes)))
       if (allocated(failure)) return
       call check(failure, index(builder%notes(1)%line(), 'body "more": angle = -6.2900') == 1, builder%notes(1)%line())
       call check(failure, index(builder%notes(2)%line(), &
                                 'joint "farther": its point is 20.1000 m from the center of "upper"') == 1, builder%notes(2)%line())
+      call check(failure, index(builder%notes(3)%line(), 'force "pull": its point is 20.1000 m') == 1, builder%notes(3)%line())
+      call check(failure, index(builder%notes(4)%line(), 'spring "wire": its second point is') == 1, builder%notes(4)%line())
+      call check(failure, index(builder%notes(5)%line(), 'point "sensor": it is 20.1000 m') == 1, builder%notes(5)%line())
    end subroutine noted
 
    !> What a builder complains of.

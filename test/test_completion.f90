@@ -193,7 +193,7 @@ contains
       if (.not. allocated(error)) call move_alloc(result%error, error)
       call check(failure, allocated(error), 'it is not reported')
       if (allocated(failure)) return
-      call check(failure, index(error%what, 'at row 3') > 0, error%line())
+      call check(failure, index(error%what, 'at velocity 3') > 0, error%line())
    end subroutine indefinite
 
    subroutine refused(failure)

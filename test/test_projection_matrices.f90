@@ -301,7 +301,7 @@ contains
       call projection_matrices(s, method, at, pv, p1, pa, p2, error)
       call check(failure, allocated(error), 'an indefinite mass matrix is not reported')
       if (allocated(failure)) return
-      call check(failure, index(error%what, 'mass matrix is not positive definite at row 3') > 0, error%line())
+      call check(failure, index(error%what, 'mass matrix is not positive definite at velocity 3') > 0, error%line())
       deallocate (error)
       s = random_system(2, 3, 2)
       method%weight = 'nonsense'

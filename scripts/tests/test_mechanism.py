@@ -31,6 +31,7 @@ def test_a_drive_that_cannot_be_followed_is_named(mechanism: Path, tmp_path: Pat
     done = start(mechanism, tmp_path, "toggle.nml")
     assert done.returncode == 1
     assert "a dead point, where C cannot be driven; drive another joint, or end before it" in done.stderr
+    assert not re.search(r"constraint \d", done.stderr)
     assert "repeat" not in done.stdout
     # The remedy: the crank may be driven all the way.
     cured = TOGGLE.replace(', drive_angle = "turn"', "").replace(

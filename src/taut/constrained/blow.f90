@@ -74,7 +74,7 @@ contains
       call projector%init(model, in_mass, held)
       call projector%linearize(model, at, info, 0.0_wp)
       if (info /= rhs_ok) then
-         call projector%explain(self%why)
+         call projector%explain(model, self%why)
          return
       end if
       kept(:) = 0.0_wp

@@ -41,6 +41,7 @@ contains
       type(error_t), allocatable :: no_start
       type(start_report_t) :: report
       type(state_t) :: near
+      character(:), allocatable :: name
       integer :: row
 
       ! Time stands still at the start, where drives may have a kink; near it everything moves.
@@ -57,7 +58,8 @@ contains
       end if
       if (row == 0) return
       if (real(model%c, wp)*real(model%n, wp) > real(most_entries, wp)) then
-         call raise(error, 'first look', 'the derivatives of constraint '//to_text(row)//' look wrong', &
+         call model%row_name(row, name)
+         call raise(error, 'first look', 'the derivatives of '//name//' look wrong', &
                     'try verify on a smaller system of its kind, or go on with look = .false.')
          return
       end if
@@ -79,6 +81,7 @@ contains
       real(wp) :: a(model%c, model%n), b(model%c), left(model%c), phi(model%n_phi), moved(model%n_phi)
       real(wp), allocatable :: a_plus(:, :), z(:, :)
       type(state_t) :: near
+      character(:), allocatable :: name
       integer :: i, info, rank
 
       call model%jacobian(at, a)
@@ -89,7 +92,8 @@ contains
       call model%constraint(near, moved)
       do i = 1, model%n_phi
          if (maxval(abs(a(i, :))) > 0.0_wp .or. .not. abs(moved(i) - phi(i)) > suspicious*steps(1)) cycle
-         call raise(error, 'first look', 'no velocity changes constraint '//to_text(i)//': its row of A is zero, though its '// &
+         call model%row_name(i, name)
+         call raise(error, 'first look', 'no velocity changes '//name//': its row of A is zero, though its '// &
                     'phi depends on the coordinates', 'leave it out; what brings coordinates back to length one is `normalize`')
          return
       end do
@@ -99,9 +103,10 @@ contains
       call model%acceleration_rhs(at, b)
       left = abs(b - matmul(a, matmul(a_plus, b)))
       i = maxloc(left, 1)
-      if (left(i) > contradiction*maxval(abs(b))) &
-         call raise(error, 'first look', 'the velocities of the start meet the constraints to first order only: constraint '// &
-                    to_text(i)//' cannot be kept, its second derivative is off by '//to_text(left(i)), &
+      if (.not. left(i) > contradiction*maxval(abs(b))) return
+      call model%row_name(i, name)
+      call raise(error, 'first look', 'the velocities of the start meet the constraints to first order only: '// &
+                    name//' cannot be kept, its second derivative is off by '//to_text(left(i)), &
                     'start with velocities along which all constraints can be kept, or at rest; look = .false. goes on')
    end subroutine look_at_dependence
 

@@ -367,7 +367,7 @@ contains
       integer :: i
 
       if (trouble /= not_converged) then
-         call self%projector%explain(text)
+         call self%projector%explain(self%model, text)
          if (self%singular_at > 0) then
             text = 'the matrix is singular at '//trim(velocity_name(self%model, self%singular_at))// &
                    ', which has neither mass nor stiffness nor a constraint that determines it'

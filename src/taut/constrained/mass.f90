@@ -2,11 +2,11 @@
 !! multipliers, corrections.
 module taut_constrained_mass
    use taut_kinds, only: wp
-   use taut_error, only: to_text
    use taut_constrained_completion, only: completion_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system_tables, only: velocity_name
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_normal_solver, only: normal_solver_t
    use taut_linalg_normal_solver_choose, only: choose_solver
@@ -269,16 +269,18 @@ contains
    end subroutine least_norm
 
    !> Why the last `renew` failed, in words; empty if it did not.
-   subroutine explain(self, text)
+   subroutine explain(self, model, text)
       !> The mass matrix.
       class(mass_t), intent(in) :: self
+      !> The system, asked for the name of a velocity.
+      class(mechanical_system_t), intent(in) :: model
       !> One line.
       character(:), allocatable, intent(out) :: text
 
       text = ''
-      if (self%bad_row > 0) text = 'the mass matrix is not positive definite at row '//to_text(self%bad_row)// &
-                                     ': one that is singular needs one dense block, A without a pattern '// &
-                                     'and a method with multipliers'
+      if (self%bad_row > 0) text = 'the mass matrix is not positive definite at '// &
+                                     trim(velocity_name(model, self%bad_row))//': one that is singular '// &
+                                     'needs one dense block, A without a pattern and a method with multipliers'
    end subroutine explain
 
 end module taut_constrained_mass

@@ -32,7 +32,7 @@ module taut_constrained_method
    use taut_constrained_projection, only: projector_t
    use taut_constrained_reactions, only: power_of_reactions, reactions_t
    use taut_constrained_system, only: mechanical_system_t, state_t
-   use taut_constrained_system_tables, only: tabulated_system_t, velocity_name
+   use taut_constrained_system_tables, only: coordinate_name, tabulated_system_t, velocity_name
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_ode_system, only: inside_step, ode_system_t, rhs_ok
    implicit none (type, external)
@@ -447,9 +447,9 @@ contains
       character(:), allocatable, intent(out) :: text
 
       call self%blows%explain(text)
-      if (len(text) == 0) call self%mass%explain(text)
+      if (len(text) == 0) call self%mass%explain(self%model, text)
       if (len(text) == 0) call self%reactions%explain(text)
-      if (len(text) == 0) call self%projector%explain(text)
+      if (len(text) == 0) call self%projector%explain(self%model, text)
       if (len(text) == 0) call self%own_failure(text)
    end subroutine failure
 
@@ -528,7 +528,7 @@ contains
             text = 'the acceleration of '//trim(velocity_name(self%model, i))
          end if
       else if (i <= 0) then
-         text = 'the rate of coordinate '//to_text(entry)
+         text = 'the rate of '//trim(coordinate_name(self%model, entry))
       else
          text = 'the rate of w('//to_text(i - self%model%n)//')'
       end if

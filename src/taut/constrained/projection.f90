@@ -933,19 +933,23 @@ contains
    end subroutine give_up
 
    !> Why the last projection failed, in words.
-   subroutine explain(self, text)
+   subroutine explain(self, model, text)
       !> The projector.
       class(projector_t), intent(in) :: self
+      !> The system, asked for the name of a row.
+      class(mechanical_system_t), intent(in) :: model
       !> One line.
       character(:), allocatable, intent(out) :: text
+      character(:), allocatable :: row
 
+      if (self%worst > 0) call model%row_name(self%worst, row)
       select case (self%reason)
       case (not_converged)
-         text = 'constraint '//to_text(self%worst)//' is still violated by '//to_text(self%residual)//' after '// &
+         text = row//' is still violated by '//to_text(self%residual)//' after '// &
                 to_text(self%max_iterations)//' iterations'
       case (inconsistent)
-         text = 'the constraints are inconsistent: constraint '//to_text(self%worst)//' stays violated by '// &
-                to_text(self%residual)//' and no displacement reduces it'
+         text = 'the constraints are inconsistent: '//row//' stays violated by '// &
+                to_text(self%residual)//' and no displacement reduces it (a larger projection_tolerance lets it pass)'
       case (weight_not_positive)
          text = 'the weight matrix W is not positive definite'
       case (wrong_branch)

@@ -1,10 +1,11 @@
 !> The projectors of Eqs (12) as full matrices: a diagnostic, not a part of the method.
 module taut_constrained_projection_matrices
    use taut_kinds, only: wp
-   use taut_error, only: error_t, raise, to_text
+   use taut_error, only: error_t, raise
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_system_tables, only: velocity_name
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
    use taut_linalg_normal_solver, only: normal_solver_t
@@ -48,7 +49,7 @@ contains
       call projector%init(model, method)
       call projector%linearize(model, at, info, 0.0_wp)
       if (info /= 0) then
-         call projector%explain(why)
+         call projector%explain(model, why)
          call raise(error, here, why, 'see what the model says of this state')
          return
       end if
@@ -56,7 +57,8 @@ contains
       call model%mass(at, m)
       call m%factorize(info)
       if (info /= 0) then
-         call raise(error, here, 'the mass matrix is not positive definite at row '//to_text(info), 'correct the masses')
+         call raise(error, here, 'the mass matrix is not positive definite at '//trim(velocity_name(model, info)), &
+                    'correct the masses')
          return
       end if
       call choose_solver(method%solver, projector%a, model%c, model%mass_blocks, method%rcond, reduced)

@@ -7,6 +7,7 @@ module taut_constrained_start
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
+   use taut_constrained_system_tables, only: coordinate_name, velocity_name
    use taut_ode_system, only: rhs_ok
    implicit none (type, external)
    private
@@ -74,10 +75,12 @@ contains
          return
       end if
       do i = 1, model%n_x
-         if (.not. ieee_is_finite(at%x(i))) call raise(error, here, 'coordinate '//to_text(i)//' is not a number', 'set it')
+         if (.not. ieee_is_finite(at%x(i))) &
+            call raise(error, here, trim(coordinate_name(model, i))//' is not a number', 'set it')
       end do
       do i = 1, model%n
-         if (.not. ieee_is_finite(at%v(i))) call raise(error, here, 'velocity '//to_text(i)//' is not a number', 'set it')
+         if (.not. ieee_is_finite(at%v(i))) &
+            call raise(error, here, trim(velocity_name(model, i))//' is not a number', 'set it')
       end do
       if (.not. (all(ieee_is_finite(at%w)) .and. ieee_is_finite(at%t))) &
          call raise(error, here, 'the time or another state is not a number', 'set it')
@@ -101,7 +104,7 @@ contains
       if (info == rhs_ok) call projector%check_branch(model, at, info)
       if (info == rhs_ok) call projector%linearize(model, at, info, 0.0_wp)
       if (info /= rhs_ok) then
-         call projector%explain(why)
+         call projector%explain(model, why)
          call raise(error, here, why, 'start closer to the constraints, or correct them')
          return
       end if

@@ -1,14 +1,13 @@
 !> When a constraint is met: how large an entry of phi may be that counts as none, in any unit of length.
 !!
-!! The tolerance of the projection is stated for systems of the size 1. A row whose phi is smaller than that all over the system, for
-!! it is a length of 1e-6 m or the square of one, is met to the same part of its size; and where round-off of the coordinates is
-!! more than all this, to round-off:
+!! The tolerance of the projection is stated for systems of about the size 1, down to a hundredth. A row whose phi is smaller all
+!! over the system, for it is a length of 1e-6 m or the square of one, is met to the same part of its size; and where round-off of
+!! the coordinates is more than all this, to round-off:
 !!
-!!     |phi_i| <= max(min(tau, tau s_i), 4 eps sum_j |A_ij| m_j)
+!!     |phi_i| <= max(min(tau, tau s_i), 4 eps max_j |A_ij| m_j)
 !!
-!! with s_i = max_j |A_ij| l_j to the nearest decade, so that what is about 1 is 1, l_j what a displacement along velocity j is in a
-!! system of its size, and m_j the coordinate that goes with it. Both are found where a motion starts and hold for all of it; the
-!! round-off grows with the largest coordinate.
+!! with s_i = max_j |A_ij| l_j, l_j what a displacement along velocity j is in a system of its size, and m_j the coordinate that
+!! goes with it. Both are found where a motion starts and hold for all of it; the round-off grows with the largest coordinate.
 module taut_constrained_yardstick
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_fortran_env, only: int64
@@ -20,9 +19,11 @@ module taut_constrained_yardstick
    private
    public :: yardstick_t, largest_entry, relative_violation
 
-   !> Violations up to so many round-offs of the coordinates count as none, whatever the tolerance: a distance is a difference of two
-   !! coordinates that are exact to half of one, and its components add up.
+   !> Violations up to so many round-offs of the coordinates count as none, whatever the tolerance: a distance is a difference of
+   !! two coordinates that are exact to half of one, and its components add up.
    real(wp), parameter :: exact = 4.0_wp
+   !> Rows of this size and more are of the size 1: lengths of a hundredth, but for half a decade.
+   real(wp), parameter :: about_one = 3.0e-3_wp
    !> A displacement up to so many round-offs of its coordinate moves nothing any more.
    real(wp), parameter :: at_rest = 2.0_wp
 
@@ -32,13 +33,12 @@ module taut_constrained_yardstick
       real(wp) :: tolerance = 1.0e-12_wp
       !> Whether tau is that of all rows, so that violations are measured by their largest entry.
       logical, private :: plain = .true.
-      !> min(1, s_i), and round-off where the motion starts in units of tau: (n_phi).
-      real(wp), allocatable, private :: part(:), round_off(:)
-      !> m_j: (n); their largest.
+      !> min(1, s_i), and how steep phi_i is: what round-off of the largest coordinate is multiplied with in it. (n_phi).
+      real(wp), allocatable, private :: part(:), steep(:)
+      !> m_j: (n).
       real(wp), allocatable, private :: coordinate(:)
-      real(wp), private :: largest = 1.0_wp
-      !> Smallest of the parts, largest of the round-offs.
-      real(wp), private :: least_part = 1.0_wp, most_round_off = exact*epsilon(1.0_wp)/1.0e-12_wp
+      !> Largest of the coordinates, least of the parts, most of the slopes.
+      real(wp), private :: largest = 1.0_wp, least_part = 1.0_wp, steepest = 1.0_wp
    contains
       procedure :: init
       procedure :: lay
@@ -63,8 +63,7 @@ contains
       real(wp), intent(in) :: tolerance
 
       self%tolerance = tolerance
-      allocate (self%part(n_phi), self%coordinate(n), source=1.0_wp)
-      allocate (self%round_off(n_phi), source=exact*epsilon(1.0_wp)/tolerance)
+      allocate (self%part(n_phi), self%steep(n_phi), self%coordinate(n), source=1.0_wp)
       call self%conclude()
    end subroutine init
 
@@ -78,26 +77,33 @@ contains
       type(state_t), intent(in) :: at
       !> A there, holonomic rows first.
       type(csr_t), intent(in) :: a
-      real(wp) :: length(model%n), s, terms
+      real(wp) :: in_coordinates, largest, length(model%n), s, slope
       integer :: begin, i, j, k, last
 
       call model%sizes(at, length, self%coordinate)
+      self%coordinate(:) = max(self%coordinate, length)
+      largest = largest_coordinate(self)
       do i = 1, size(self%part)
          s = 0.0_wp
-         terms = 0.0_wp
+         slope = 0.0_wp
+         in_coordinates = 0.0_wp
          call find_row(a, i, begin, last)
          do k = begin, last
             j = k - begin + 1
             if (.not. a%full) j = a%column(k)
             s = max(s, abs(a%values(k))*length(j))
-            terms = terms + abs(a%values(k))*max(self%coordinate(j), length(j))
+            slope = max(slope, abs(a%values(k)))
+            in_coordinates = max(in_coordinates, abs(a%values(k))*self%coordinate(j))
          end do
-         self%part(i) = 1.0_wp
-         ! A row of zeros, or of what is no number, has no size.
-         if (s > tiny(1.0_wp)/epsilon(1.0_wp)) self%part(i) = min(1.0_wp, 10.0_wp**nint(log10(s)))
-         self%round_off(i) = exact*epsilon(1.0_wp)*terms/self%tolerance
+         ! A row of zeros has no size.
+         if (s >= about_one .or. .not. s > tiny(1.0_wp)/epsilon(1.0_wp)) then
+            self%part(i) = 1.0_wp
+            self%steep(i) = max(1.0_wp, slope)
+         else
+            self%part(i) = s
+            self%steep(i) = in_coordinates/largest
+         end if
       end do
-      self%coordinate(:) = max(self%coordinate, length)
       call self%conclude()
    end subroutine lay
 
@@ -105,11 +111,18 @@ contains
    pure subroutine conclude(self)
       class(yardstick_t), intent(inout) :: self
 
-      self%largest = max(maxval([0.0_wp, self%coordinate]), tiny(1.0_wp))
+      self%largest = largest_coordinate(self)
       self%least_part = minval([1.0_wp, self%part])
-      self%most_round_off = maxval([0.0_wp, self%round_off])
+      self%steepest = maxval([0.0_wp, self%steep])
       self%plain = self%least_part >= 1.0_wp
    end subroutine conclude
+
+   !> The largest of the coordinates.
+   pure real(wp) function largest_coordinate(self) result(largest)
+      class(yardstick_t), intent(in) :: self
+
+      largest = max(maxval([0.0_wp, self%coordinate]), tiny(1.0_wp))
+   end function largest_coordinate
 
    !> Whether a violation is met in any row, whatever round-off is: no more than a first answer, at no cost.
    elemental logical function surely_met(self, largest)
@@ -131,17 +144,19 @@ contains
       real(wp), intent(in), contiguous :: x(:)
       !> In the unit of the tolerance.
       real(wp) :: size_of_it
-      real(wp) :: growth
+      real(wp) :: round_off
       integer :: i
 
-      growth = max(1.0_wp, largest_entry(x)/self%largest)
-      if (self%plain .and. growth*self%most_round_off <= 1.0_wp) then
+      round_off = largest_entry(x)
+      if (.not. self%plain) round_off = max(round_off, self%largest)
+      round_off = exact*last_place(round_off)/self%tolerance
+      if (self%plain .and. round_off*self%steepest <= 1.0_wp) then
          size_of_it = largest_entry(phi)
          return
       end if
       size_of_it = 0.0_wp
       do i = 1, size(self%part)
-         size_of_it = max(size_of_it, abs(phi(i))/max(self%part(i), growth*self%round_off(i)))
+         size_of_it = max(size_of_it, abs(phi(i))/max(self%part(i), round_off*self%steep(i)))
       end do
    end function measure
 
@@ -178,7 +193,7 @@ contains
       character(*), intent(in) :: name
 
       call archive%item(name//': parts of the tolerance', self%part)
-      call archive%item(name//': round-off', self%round_off)
+      call archive%item(name//': slopes', self%steep)
       call archive%item(name//': coordinates', self%coordinate)
       call self%conclude()
    end subroutine serialize

@@ -382,6 +382,15 @@ module taut_model_mechanism_builder
          real(wp), intent(in), optional :: angle
       end subroutine note_angle
 
+      !> Notes a point that is far off the body that it belongs to: its unit may be another one.
+      module subroutine note_far(self, kind, name, what, number, p)
+         type(mechanism_builder_t), intent(inout) :: self
+         character(*), intent(in) :: kind, name, what
+         !> The body, 0 for the ground; the point from its center of mass [m].
+         integer, intent(in) :: number
+         real(wp), intent(in) :: p(3)
+      end subroutine note_far
+
       !> What may have been meant, before what else to do.
       module function meant_of(name, known) result(text)
          character(*), intent(in) :: name, known(:)

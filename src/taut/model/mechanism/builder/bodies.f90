@@ -231,6 +231,7 @@ contains
       self%points(self%point_count)%name = made%name
       self%points(self%point_count)%body = made%body
       self%points(self%point_count)%at = made%at
+      call note_far(self, 'point', made%name, 'it', made%body, made%at)
    end procedure add_point
 
    !> A straight beam.

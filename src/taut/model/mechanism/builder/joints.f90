@@ -34,8 +34,8 @@ contains
       call locate(self, 'joint', name)
       call note_angle(self, 'joint', name, 'angle', angle)
       if (.not. allocated(self%error)) then
-         call note_far(self, made, made%body_1, made%p_1, made%frame_1)
-         call note_far(self, made, made%body_2, made%p_2, made%frame_2)
+         call note_far_joint(self, made, made%body_1, made%p_1, made%frame_1)
+         call note_far_joint(self, made, made%body_2, made%p_2, made%frame_2)
       end if
 
    contains
@@ -221,30 +221,20 @@ contains
       call self%joint_names%add(joint%name, self%joint_count)
    end subroutine keep_joint
 
-   !> Notes a point that is far off one of the bodies that it joins, beside the axis along which it may lie anywhere: its unit may
-   !! be another one.
-   subroutine note_far(self, joint, number, p, frame)
+   !> Notes a point that is far off one of the bodies that it joins, beside the axis along which it may lie anywhere.
+   subroutine note_far_joint(self, joint, number, p, frame)
       type(mechanism_builder_t), intent(inout) :: self
       type(joint_t), intent(in) :: joint
       !> The body, 0 for the ground; the point [m] and the frame in its axes.
       integer, intent(in) :: number
       real(wp), intent(in) :: p(3), frame(3, 3)
-      !> In sizes of the body, farther than arms reach, and nearer than millimeters taken for meters.
-      real(wp), parameter :: far = 20.0_wp
-      real(wp) :: distance, size_of_it
+      real(wp) :: off(3)
 
-      if (number == 0 .or. any(joint%type == [type_prismatic, type_planar, type_fixed, type_coordinate])) return
-      associate (body => self%bodies(number))
-         ! Without a shape, that of the rod with its moments.
-         size_of_it = norm2(body%size)
-         if (.not. size_of_it > 0.0_wp) size_of_it = sqrt(6.0_wp*(body%j(1, 1) + body%j(2, 2) + body%j(3, 3))/body%m)
-         distance = norm2(p)
-         if (joint_kinds(joint%type)%needs_axis) distance = norm2(matmul(p, frame(:, 1:2)))
-         if (.not. (size_of_it > 0.0_wp .and. distance > far*size_of_it)) return
-         call note(self, 'joint', joint%name, 'its point is '//to_text(distance)//' m from the center of "'//body%name// &
-                   '", which is '//to_text(size_of_it)//' m large', 'lengths are in m; leave it if it is meant')
-      end associate
-   end subroutine note_far
+      if (any(joint%type == [type_prismatic, type_planar, type_fixed, type_coordinate])) return
+      off = p
+      if (joint_kinds(joint%type)%needs_axis) off = [matmul(p, frame(:, 1:2)), 0.0_wp]
+      call note_far(self, 'joint', joint%name, 'its point', number, off)
+   end subroutine note_far_joint
 
    !> A disc that rolls on a plane.
    module procedure add_rolling

@@ -67,6 +67,7 @@ contains
          self%loads(self%load_count) = made
       end if
       call locate(self, trim(merge('moment', 'force ', made%moment)), made%name)
+      if (present(point) .and. .not. made%moment) call note_far(self, 'force', made%name, 'its point', made%body, made%point)
    end procedure add_load
 
    !> A spring with a damper.
@@ -106,6 +107,8 @@ contains
       end if
       call locate(self, 'spring', made%name)
       call note_angle(self, 'spring', made%name, 'free_angle', free_angle)
+      if (present(point_1)) call note_far(self, 'spring', made%name, 'its first point', made%body_1, made%p_1)
+      if (present(point_2)) call note_far(self, 'spring', made%name, 'its second point', made%body_2, made%p_2)
 
    contains
 

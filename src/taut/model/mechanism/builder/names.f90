@@ -56,6 +56,22 @@ contains
                 'angles are in rad; leave it if it is meant')
    end procedure note_angle
 
+   module procedure note_far
+      !> In sizes of the body, farther than arms reach, and nearer than millimeters taken for meters.
+      real(wp), parameter :: far = 20.0_wp
+      real(wp) :: size_of_it
+
+      if (allocated(self%error) .or. number == 0) return
+      associate (body => self%bodies(number))
+         ! Without a shape, that of the rod with its moments.
+         size_of_it = norm2(body%size)
+         if (.not. size_of_it > 0.0_wp) size_of_it = sqrt(6.0_wp*(body%j(1, 1) + body%j(2, 2) + body%j(3, 3))/body%m)
+         if (.not. (size_of_it > 0.0_wp .and. norm2(p) > far*size_of_it)) return
+         call note(self, kind, name, what//' is '//to_text(norm2(p))//' m from the center of "'//body%name// &
+                   '", which is '//to_text(size_of_it)//' m large', 'lengths are in m; leave it if it is meant')
+      end associate
+   end procedure note_far
+
    !> What may have been meant, before what else to do.
    module procedure meant_of
       text = trim(nearest_name(name, known))
