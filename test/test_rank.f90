@@ -13,6 +13,7 @@ module test_rank
    use taut_linalg_csr, only: csr_t
    use taut_linalg_normal_solver, only: normal_solver_t
    use taut_linalg_normal_solver_choose, only: choose_solver, solver_names
+   use taut_linalg_rank, only: dead_pivot, exactly_dependent
    use taut_linalg_rank_keeper, only: rank_keeper_t
    use taut_linalg_row_selection, only: row_selection_t
    use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
@@ -25,6 +26,8 @@ module test_rank
    !> Bodies and the rows of their joints, in whole numbers, so that the rank is exact.
    type :: mechanism_t
       integer :: bodies = 0
+      !> How many times longer than wide they are, in the direction of x.
+      integer :: slender = 1
       !> Where the bodies' velocities are taken: (3, bodies).
       integer, allocatable :: center(:, :)
       !> Entries row by row: (rows), (entries).
@@ -172,7 +175,7 @@ contains
             if (a(j, i) == 0) cycle
             inverse = a(j, i)
             do k = j, n
-               a(k, i) = modulo(a(k, i) - modulo(inverse*row(k), p), p)
+               a(k, i) = modulo(a(k, i) - inverse*row(k), p)
             end do
          end do
       end do
@@ -209,23 +212,25 @@ contains
       p = [whole(bound), whole(bound), whole(bound)]
    end function point_near
 
-   !> Loops of hinges with parallel or other axes, bodies with parallel supports, doubled joints.
-   function random_mechanism(bodies) result(m)
+   !> Loops of hinges with parallel or other axes, bodies with parallel supports, doubled joints; so many times longer than wide.
+   function random_mechanism(bodies, slender) result(m)
       integer, intent(in) :: bodies
+      integer, intent(in), optional :: slender
       type(mechanism_t) :: m
       integer :: axis(3), from, i, k, point(3)
 
       m%bodies = bodies
+      if (present(slender)) m%slender = slender
       allocate (m%center(3, bodies))
       axis = point_near(3)
       if (all(axis == 0)) axis = [0, 0, 1]
       do i = 1, bodies
-         m%center(:, i) = point_near(20)
+         m%center(:, i) = stretched(point_near(20))
          from = modulo(whole(1000), i)
          if (modulo(whole(1000), 4) == 0) then
-            call m%joint(from, i, point_near(20))
+            call m%joint(from, i, stretched(point_near(20)))
          else
-            call m%joint(from, i, point_near(20), axis)
+            call m%joint(from, i, stretched(point_near(20)), axis)
          end if
          if (modulo(whole(1000), 5) == 0) then
             axis = point_near(3)
@@ -236,10 +241,20 @@ contains
       do k = 1, (bodies + 2)/3
          i = 1 + modulo(whole(1000), bodies)
          from = modulo(whole(1000), i)
-         point = point_near(20)
+         point = stretched(point_near(20))
          call m%joint(from, i, point, axis)
          if (modulo(whole(1000), 6) == 0) call m%joint(from, i, point)
       end do
+
+   contains
+
+      function stretched(point)
+         integer, intent(in) :: point(3)
+         integer :: stretched(3)
+
+         stretched = [m%slender, 1, 1]*point
+      end function stretched
+
    end function random_mechanism
 
    !> Its matrix with rows in units of their own and a unit of length; laid out with its pattern or without.
@@ -281,12 +296,16 @@ contains
       group = [((i + 2)/3, i=1, 6*bodies)]
    end function groups_of
 
-   !> Rank, constraints that are met, and reactions that are the same, by every solver.
-   subroutine by_every_solver(failure, m, decades, length, masses, tolerance, label)
+   !> Rank, constraints that are met, and motions that are the same, by every solver. What cannot be decided is to be told: it is
+   !! counted where that is allowed.
+   subroutine by_every_solver(failure, m, decades, length, masses, tolerance, label, told, passed_over)
       character(:), allocatable, intent(inout) :: failure
       type(mechanism_t), intent(in) :: m
       real(wp), intent(in) :: decades, length, masses, tolerance
       character(*), intent(in) :: label
+      integer, intent(inout), optional :: told, passed_over
+      !> Singular values of more rows take minutes.
+      integer, parameter :: many = 150
       type(csr_t) :: a
       type(rank_keeper_t) :: keeper
       type(block_diagonal_t) :: k
@@ -294,14 +313,18 @@ contains
       real(wp), allocatable :: d(:), expected(:), lambda(:), r(:), root(:), x(:), zero(:)
       integer :: c, i, info, n, rank, s, with_pattern
       character(:), allocatable :: name
+      logical :: by_singular_values
 
       if (allocated(failure)) return
       rank = exact_rank(m)
       c = size(m%first) - 1
       n = 6*m%bodies
       allocate (lambda(c), r(c), zero(c), source=0.0_wp)
-      ! Moments of inertia have the square of the unit of length.
-      root = 10.0_wp**(0.5_wp*masses*random_vector(n))*[(merge(length, 1.0_wp, modulo(i - 1, 6) >= 3), i=1, n)]
+      ! Moments of inertia have the square of the unit of length, and those across a slender body that of its length.
+      root = 10.0_wp**(0.5_wp*masses*random_vector(n))
+      do i = 4, n, 6
+         root(i:i + 2) = length*[1, m%slender, m%slender]*root(i:i + 2)
+      end do
       call k%init(spread(1, 1, n))
       call k%set_diagonal(root**2)
       call k%factorize(info)
@@ -312,15 +335,23 @@ contains
          a = matrix_of(m, decades, length, with_pattern == 1)
          call keeper%init(a, c, groups_of(m%bodies), 0.0_wp)
          call keeper%decide(a, 0.0_wp)
+         if (present(told)) then
+            if (count(keeper%kept) < rank .and. maxval(keeper%selection%distance) > exactly_dependent) then
+               told = told + 1
+               exit
+            end if
+         end if
          call check(failure, count(keeper%kept) == rank, 'rank '//to_text(count(keeper%kept))//' for '//to_text(rank)//', '//label)
          do s = 1, size(solver_names)
+            by_singular_values = solver_names(s) == 'dgelsd' .or. solver_names(s) == 'factor'
+            if (by_singular_values .and. c > many) cycle
             name = trim(solver_names(s))//', '//label
             call choose_solver(solver_names(s), a, c, spread(1, 1, n), 0.0_wp, onto)
             call keeper%hand_over(onto)
             call onto%factorize(a, k, .false., info)
             call check(failure, info == 0 .and. onto%rank == rank, 'rank with '//name)
             ! An inverse by singular values has errors of eps times the condition of S, in all rows alike; factors do not.
-            if (solver_names(s) == 'dgelsd' .and. onto%weakest() < 1.0e-9_wp) cycle
+            if (solver_names(s) == 'dgelsd' .and. onto%weakest() < 1.0e-7_wp) cycle
             x = d
             call onto%project(a, zero, x, r, lambda)
             call a%multiply(x, r)
@@ -328,6 +359,11 @@ contains
             do i = 1, c
                r(i) = r(i)*scale_of(i)
             end do
+            ! In S, the square, next to nothing may be left of a row, as at a dead point: the solver says so.
+            if (present(passed_over) .and. onto%weakest() <= 10.0_wp*dead_pivot) then
+               if (maxval(abs(r)) > tolerance) passed_over = passed_over + 1
+               cycle
+            end if
             call check_below(failure, maxval(abs(r)), tolerance, 'what is left with '//name)
             if (.not. allocated(expected)) expected = x
             call check_below(failure, norm2(root*(x - expected)), tolerance*norm2(root*d), 'another projection with '//name)
@@ -430,36 +466,57 @@ contains
    subroutine any_units(failure)
       character(:), allocatable, intent(inout) :: failure
       type(mechanism_t) :: m
+      type(csr_t) :: a
+      type(row_selection_t) :: selection
+      real(wp) :: weakest(-2:2)
       integer :: i
 
       call restart_random()
       m = random_mechanism(5)
       do i = -6, 6, 3
+         a = matrix_of(m, 0.0_wp, 10.0_wp**i, .true.)
+         call selection%init(a, a%c, groups_of(m%bodies), 0.0_wp)
+         call selection%select(a, 0.0_wp)
+         weakest(i/3) = selection%smallest_kept
+      end do
+      call check_below(failure, maxval(weakest)/minval(weakest), 1.0e2_wp, 'how weak rows seem in another unit of length')
+      do i = -6, 6, 3
          call by_every_solver(failure, m, 3.0_wp, 10.0_wp**i, 0.0_wp, 1.0e-6_wp, 'lengths of 1e'//to_text(i))
       end do
       call by_every_solver(failure, m, 0.0_wp, 1.0_wp, 4.5_wp, 1.0e-6_wp, 'masses over nine decades')
       call by_every_solver(failure, row_of_loops(3), 3.0_wp, 1.0_wp, 4.5_wp, 1.0e-6_wp, 'loops, masses over nine decades')
+      ! Light bodies behind heavy ones: the condition of S is beyond round-off.
+      call restart_random()
+      call skip(5)
+      m = random_mechanism(15)
+      call by_every_solver(failure, m, 0.0_wp, 1.0_wp, 4.5_wp, 1.0e-7_wp, 'fifteen bodies, masses over nine decades')
    end subroutine any_units
 
-   !> From one body to ninety, rows in units over six decades, lengths over twelve and masses over nine.
+   !> From one body to ninety, rows in units over six decades, lengths over twelve, masses over nine, parts up to a million times
+   !! longer than wide.
    subroutine thousand_mechanisms(failure)
       character(:), allocatable, intent(inout) :: failure
       type(mechanism_t) :: m
-      integer :: bodies, i
+      integer :: bodies, i, passed_over, told
       real(wp) :: length
 
       call restart_random()
+      told = 0
+      passed_over = 0
       do i = 1, 1000
          call skip(i)
          ! More small ones than large ones.
          bodies = 1 + (90*modulo(37*i, 1000)**2)/1000000
-         m = random_mechanism(bodies)
+         m = random_mechanism(bodies, 10**modulo(i, 7))
          length = 10.0_wp**(modulo(i, 13) - 6)
-         call by_every_solver(failure, m, 3.0_wp, length, 0.0_wp, 1.0e-4_wp, 'number '//to_text(i))
+         call by_every_solver(failure, m, 3.0_wp, length, 0.0_wp, 1.0e-4_wp, 'number '//to_text(i), told, passed_over)
          call skip(2*i)
-         call by_every_solver(failure, m, 0.0_wp, 1.0_wp, 4.5_wp, 1.0e-4_wp, 'number '//to_text(i)//' with masses')
+         call by_every_solver(failure, m, 0.0_wp, 1.0_wp, 4.5_wp, 1.0e-4_wp, 'number '//to_text(i)//' with masses', told, &
+                              passed_over)
          if (allocated(failure)) return
       end do
+      call check(failure, told <= 40 .and. passed_over <= 100, to_text(told)//' times the rank is not decided, '// &
+                 to_text(passed_over)//' times nothing is left of a row in S')
    end subroutine thousand_mechanisms
 
    subroutine told_change(failure)

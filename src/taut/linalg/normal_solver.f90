@@ -6,7 +6,7 @@ module taut_linalg_normal_solver
    use taut_kinds, only: wp
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
-   use taut_linalg_rank, only: ill_conditioned, passed_pivot, pivot_floor, very_ill_conditioned, weaker
+   use taut_linalg_rank, only: ill_conditioned, least_of_independent, passed_pivot, refinements, weaker
    implicit none (type, external)
    private
    public :: normal_solver_t
@@ -42,7 +42,7 @@ module taut_linalg_normal_solver
       integer :: refinements = 0
       !> Whether nothing was factorized with the kept rows so far; a pivot that is zero to them, relative to its diagonal entry.
       logical :: is_new = .true.
-      real(wp) :: cut = pivot_floor
+      real(wp) :: cut = least_of_independent
    contains
       procedure(init), deferred :: init
       procedure, non_overridable :: set_sizes
@@ -159,7 +159,7 @@ contains
    subroutine pass_over(self, cut)
       !> The solver.
       class(normal_solver_t), intent(inout) :: self
-      !> Up to this: between `pivot_floor` and 1.
+      !> Up to this: between 0 and 1.
       real(wp), intent(in) :: cut
 
       self%cut = cut
@@ -175,7 +175,7 @@ contains
       self%kept(:) = kept
       self%rank = count(kept)
       self%is_new = .true.
-      self%cut = pivot_floor
+      self%cut = least_of_independent
    end subroutine set_kept
 
    !> Learns from the smallest pivot of the first factorization with the kept rows what will count as a dead point, and from any
@@ -186,9 +186,9 @@ contains
       !> What `weakest` says.
       real(wp), intent(in) :: pivot
 
-      if (self%is_new) self%cut = max(pivot_floor, min(passed_pivot, weaker*pivot))
+      if (self%is_new) self%cut = max(least_of_independent, min(passed_pivot, weaker*pivot))
       self%is_new = .false.
-      self%refinements = count(pivot < [ill_conditioned, very_ill_conditioned])
+      self%refinements = refinements(count(pivot < ill_conditioned))
    end subroutine judge
 
    !> d := d - K^-1 A^T lambda with lambda = S^+ r, r = A d - b: what Eqs (11) do with velocities and accelerations.
@@ -215,19 +215,36 @@ contains
    end subroutine project
 
    !> Further passes: what the last one has left.
+   !!
+   !! They are steps of conjugate gradients, with S as it is factorized to precondition S as it is: the two differ in the few
+   !! directions that round-off has hidden in S, light bodies behind heavy ones, and not in A. Each step finds one of them.
    subroutine refine(self, a, b, d, lambda)
       class(normal_solver_t), intent(inout) :: self
       type(csr_t), intent(in) :: a
       real(wp), intent(in) :: b(self%c)
       real(wp), intent(inout) :: d(self%n), lambda(self%c)
-      real(wp) :: left(self%c), more(self%c)
+      real(wp) :: along(self%c), left(self%c), more(self%c), moved(self%n), of_moved(self%c)
+      real(wp) :: far, rest, rest_before
       integer :: i
 
+      along(:) = 0.0_wp
+      rest_before = huge(1.0_wp)
       do i = 1, self%refinements
          call a%multiply(d, left, b)
          call self%multipliers(left, more)
-         call self%correction(a, more, d)
-         lambda(:) = lambda + more
+         ! What is left is measured by what it would move; if that is no less than before, it is round-off.
+         rest = dot_product(left, more)
+         if (.not. (rest > 0.0_wp .and. rest < rest_before)) return
+         along(:) = more + rest/rest_before*along
+         rest_before = rest
+         moved(:) = 0.0_wp
+         call self%correction(a, along, moved)
+         call a%multiply(moved, of_moved)
+         far = -dot_product(along, of_moved)
+         if (.not. far > 0.0_wp) return
+         far = rest/far
+         d(:) = d + far*moved
+         lambda(:) = lambda + far*along
       end do
    end subroutine refine
 

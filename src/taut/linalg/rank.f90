@@ -8,7 +8,8 @@ module taut_linalg_rank
    implicit none (type, external)
    private
    public :: doubtful_pivot, independent, exactly_dependent, largest_share, negligible, with_noise
-   public :: dead_pivot, dead_steps, passed_pivot, pivot_floor, weak_pivot, weaker, ill_conditioned, very_ill_conditioned
+   public :: dead_pivot, dead_steps, passed_pivot, pivot_floor, weak_pivot, weaker, ill_conditioned, refinements, &
+             least_of_independent
    public :: seen_rising, rising_steps, above_violation
    public :: rcond_of_s, rcond_of_root, rcond_of_pivots, widest_range, doubtful_in_s, least_pivot, unit_diagonal
    public :: effective_rank, rank_by_pivots, clear_rank_by_pivots
@@ -50,10 +51,14 @@ module taut_linalg_rank
    !! running: one of them may be a dead point.
    real(wp), parameter :: seen_rising = 1.0e-6_wp, above_violation = 100.0_wp
    integer, parameter :: rising_steps = 2
-   !> With a pivot below these, solutions are made exact by a second and by a third pass through A: each pass has an error of eps
-   !! over the pivot of what it corrects.
-   real(wp), parameter :: ill_conditioned = 1.0e-5_wp, very_ill_conditioned = 1.0e-10_wp
-   !> What counts as zero among pivots of rows that were found independent: round-off.
+   !> With a pivot below each of these, solutions are made exact by so many passes through A, each of which has an error of eps
+   !! over the pivot of what it corrects. They end sooner where they get no further.
+   real(wp), parameter :: ill_conditioned(2) = [1.0e-5_wp, 1.0e-10_wp]
+   integer, parameter :: refinements(0:2) = [0, 1, 6]
+   !> Rows that were found independent at this very A have pivots: round-off may leave little of them where masses differ by many
+   !! decades, but what it leaves is enough for the passes through A.
+   real(wp), parameter :: least_of_independent = epsilon(1.0_wp)**2
+   !> What counts as zero among pivots of rows that may have become dependent: round-off.
    real(wp), parameter :: pivot_floor = 16.0_wp*epsilon(1.0_wp)
 
    ! A symmetric matrix S alone, or any matrix by its singular values.

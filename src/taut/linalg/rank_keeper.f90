@@ -168,7 +168,7 @@ contains
       real(wp), intent(in) :: violation
       integer :: before
       real(wp) :: pivot
-      logical :: again
+      logical :: again, dead
 
       before = self%rank_before
       if (.not. self%holds) then
@@ -180,9 +180,11 @@ contains
          pivot = solver%weakest()
          call solver%judge(pivot)
          if (self%first_pivot < 0.0_wp) self%first_pivot = pivot
-         self%dead = merge(self%dead + 1, 0, pivot <= dead_pivot)
+         ! Masses alone may make the pivots of independent rows that small.
+         dead = pivot <= min(dead_pivot, weaker*self%first_pivot)
+         self%dead = merge(self%dead + 1, 0, dead)
          again = self%dead >= dead_steps
-         if (pivot > dead_pivot) again = pivot < weak_pivot .and. pivot < weaker*self%first_pivot
+         if (.not. dead) again = pivot < weak_pivot .and. pivot < weaker*self%first_pivot
          if (.not. again .and. solver%rank < solver%c) then
             self%rising = merge(self%rising + 1, 0, slip(self, a, solver) > max(seen_rising, above_violation*violation))
             again = self%rising >= rising_steps

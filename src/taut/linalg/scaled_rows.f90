@@ -24,6 +24,11 @@ module taut_linalg_scaled_rows
       logical, allocatable :: empty(:)
       !> The group of each column, or none.
       integer, allocatable, private :: group(:)
+      !> What a row has in one group: first part of each row, (c + 1); group and size of each part; part of each entry of B.
+      integer, allocatable, private :: first_part(:), group_of(:), part_of(:)
+      real(wp), allocatable, private :: size_of(:)
+      !> The parts of each group: first of each, and the rows that they are in.
+      integer, allocatable, private :: by_group(:), row_with(:)
    contains
       procedure :: init
       procedure :: scale
@@ -58,7 +63,48 @@ contains
       allocate (self%empty(c), source=.false.)
       allocate (self%b(size(self%column)), source=0.0_wp)
       allocate (self%row_scale(c), self%column_scale(a%n), source=1.0_wp)
+      if (size(group) > 0) call list_parts(self)
    end subroutine init
+
+   !> The parts of rows, row by row and group by group.
+   subroutine list_parts(self)
+      type(scaled_rows_t), intent(inout) :: self
+      integer :: at(maxval(self%group)), g, i, k, parts
+
+      allocate (self%first_part(self%c + 1), self%part_of(size(self%column)), self%group_of(size(self%column)), source=0)
+      allocate (self%by_group(size(at) + 1), source=0)
+      parts = 0
+      at = 0
+      do i = 1, self%c
+         self%first_part(i) = parts + 1
+         do k = self%first(i), self%first(i + 1) - 1
+            g = self%group(self%column(k))
+            if (at(g) < self%first_part(i)) then
+               parts = parts + 1
+               at(g) = parts
+               self%group_of(parts) = g
+               self%by_group(g + 1) = self%by_group(g + 1) + 1
+            end if
+            self%part_of(k) = at(g)
+         end do
+      end do
+      self%first_part(self%c + 1) = parts + 1
+      self%group_of = self%group_of(:parts)
+      allocate (self%size_of(parts), source=0.0_wp)
+      allocate (self%row_with(parts), source=0)
+      self%by_group(1) = 1
+      do g = 1, size(at)
+         self%by_group(g + 1) = self%by_group(g + 1) + self%by_group(g)
+      end do
+      at = self%by_group(:size(at))
+      do i = 1, self%c
+         do k = self%first_part(i), self%first_part(i + 1) - 1
+            g = self%group_of(k)
+            self%row_with(at(g)) = i
+            at(g) = at(g) + 1
+         end do
+      end do
+   end subroutine list_parts
 
    !> The entries of the pattern column by column.
    subroutine list_by_columns(self)
@@ -127,11 +173,7 @@ contains
       class(scaled_rows_t), intent(inout) :: self
       !> The matrix, finite, laid out like that given to `init`.
       type(csr_t), intent(in) :: a
-      !> A group that is this much smaller than the largest one holds nothing but round-off.
-      real(wp), parameter :: nothing = 1.0e-12_wp
-      real(wp), allocatable :: size_of(:)
-      integer :: i, j, k
-      real(wp) :: smallest
+      integer :: i, k, round
 
       self%column_scale(:) = 1.0_wp
       do k = 1, size(self%b)
@@ -139,22 +181,17 @@ contains
       end do
       call scale_rows(self)
       if (size(self%group) > 0) then
-         allocate (size_of(maxval(self%group)), source=0.0_wp)
-         do i = 1, self%c
-            do k = self%first(i), self%first(i + 1) - 1
-               j = self%group(self%column(k))
-               size_of(j) = size_of(j) + (self%row_scale(i)*self%b(k))**2
+         do round = 1, 2
+            if (round == 1) then
+               call strengthen_groups(self)
+            else
+               call scale_groups(self)
+            end if
+            do k = 1, size(self%b)
+               self%b(k) = a%values(k)*self%column_scale(self%column(k))
             end do
+            call scale_rows(self)
          end do
-         size_of(:) = sqrt(size_of)
-         smallest = nothing*maxval(size_of)
-         do j = 1, self%n
-            if (size_of(self%group(j)) > 0.0_wp) self%column_scale(j) = 1.0_wp/max(size_of(self%group(j)), smallest)
-         end do
-         do k = 1, size(self%b)
-            self%b(k) = self%b(k)*self%column_scale(self%column(k))
-         end do
-         call scale_rows(self)
       end if
       do i = 1, self%c
          do k = self%first(i), self%first(i + 1) - 1
@@ -162,6 +199,68 @@ contains
          end do
       end do
    end subroutine scale
+
+   !> Groups that are weak beside another one, even where they are strongest, become as strong: rotations where lengths are small.
+   !! Rows of rotations alone would hide it.
+   subroutine strengthen_groups(self)
+      type(scaled_rows_t), intent(inout) :: self
+      !> Beside others, this is nothing but round-off.
+      real(wp), parameter :: nothing = 1.0e-14_wp
+      real(wp) :: beside(size(self%by_group) - 1), scale(size(self%by_group) - 1)
+      integer :: met(size(self%by_group) - 1), g, h, i, k, l, l_own, number
+
+      self%size_of(:) = 0.0_wp
+      do i = 1, self%c
+         do k = self%first(i), self%first(i + 1) - 1
+            self%size_of(self%part_of(k)) = hypot(self%size_of(self%part_of(k)), self%row_scale(i)*self%b(k))
+         end do
+      end do
+      beside = 0.0_wp
+      do g = 1, size(scale)
+         number = 0
+         do k = self%by_group(g), self%by_group(g + 1) - 1
+            i = self%row_with(k)
+            l_own = self%first_part(i) - 1 + findloc(self%group_of(self%first_part(i):self%first_part(i + 1) - 1), g, 1)
+            if (.not. self%size_of(l_own) > nothing) cycle
+            do l = self%first_part(i), self%first_part(i + 1) - 1
+               if (l == l_own .or. .not. self%size_of(l) > nothing) cycle
+               h = self%group_of(l)
+               if (.not. beside(h) > 0.0_wp) then
+                  number = number + 1
+                  met(number) = h
+               end if
+               beside(h) = max(beside(h), self%size_of(l_own)/self%size_of(l))
+            end do
+         end do
+         scale(g) = 1.0_wp
+         if (number > 0) scale(g) = 1.0_wp/min(1.0_wp, minval(beside(met(:number))))
+         beside(met(:number)) = 0.0_wp
+      end do
+      self%column_scale(:) = scale(self%group)
+   end subroutine strengthen_groups
+
+   !> Groups of one size, in all rows together.
+   subroutine scale_groups(self)
+      type(scaled_rows_t), intent(inout) :: self
+      !> A group that is this much smaller than the largest one holds nothing but round-off.
+      real(wp), parameter :: nothing = 1.0e-12_wp
+      real(wp) :: size_of(size(self%by_group) - 1), smallest
+      integer :: i, j, k
+
+      size_of = 0.0_wp
+      do i = 1, self%c
+         do k = self%first(i), self%first(i + 1) - 1
+            j = self%group(self%column(k))
+            size_of(j) = size_of(j) + (self%row_scale(i)*self%b(k))**2
+         end do
+      end do
+      size_of = sqrt(size_of)
+      smallest = nothing*maxval(size_of)
+      do j = 1, self%n
+         if (size_of(self%group(j)) > 0.0_wp) &
+            self%column_scale(j) = self%column_scale(j)/max(size_of(self%group(j)), smallest)
+      end do
+   end subroutine scale_groups
 
    !> 1 over the length of each row; rows of zeros are set aside.
    pure subroutine scale_rows(self)
