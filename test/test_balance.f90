@@ -9,7 +9,8 @@ module test_balance
    private
    public :: collect_balance
 
-   real(wp), parameter :: mass_1 = 2.0_wp, mass_2 = 3.0_wp, stiffness = 50.0_wp, damping = 0.7_wp, load = 4.0_wp, omega = 3.0_wp
+   real(wp), parameter :: mass_1 = 2.0_wp, mass_2 = 3.0_wp, stiffness = 50.0_wp, damping = 0.7_wp, load = 4.0_wp, omega = 3.0_wp, &
+                          fast = 100.0_wp
 
    !> Two bodies on a line, the first on a spring with a damper and under a load, the second at a distance that a drive enlarges.
    type, extends(mechanical_system_t) :: bare_t
@@ -30,6 +31,15 @@ module test_balance
    contains
       procedure :: power
    end type pair_t
+
+   !> The same, the first body moved fast: nothing is free.
+   type, extends(pair_t) :: given_t
+   contains
+      procedure :: constraint => given_positions
+      procedure :: jacobian => given_jacobian
+      procedure :: velocity_rhs => given_rates
+      procedure :: acceleration_rhs => given_accelerations
+   end type given_t
 
    !> Notes by how much energy and work differ at the points that it sees.
    type, extends(observer_t) :: watcher_t
@@ -55,6 +65,7 @@ contains
 
       tests = [new_test('work of loads, dampers and drives, with every integrator', integrators), &
                new_test('work with every method', methods), &
+               new_test('work of a motion that is all given', given), &
                new_test('a system that states no power is not balanced', unstated), &
                new_test('a damper that is forgotten is noticed', forgotten), &
                new_test('steps do not depend on the balance', same_steps), &
@@ -141,6 +152,42 @@ contains
       if (.not. self%forgets_damper) power = power - damping*at%v(1)**2
    end function power
 
+   subroutine given_positions(self, at, value)
+      class(given_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      call self%pair_t%constraint(at, value(:1))
+      value(2) = at%x(1) - 0.1_wp - 0.5_wp/fast*sin(fast*at%t)
+   end subroutine given_positions
+
+   subroutine given_jacobian(self, at, a)
+      class(given_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: a(:, :)
+
+      call self%pair_t%jacobian(at, a(:1, :))
+      a(2, :) = [1.0_wp, 0.0_wp]
+   end subroutine given_jacobian
+
+   subroutine given_rates(self, at, value)
+      class(given_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      call self%pair_t%velocity_rhs(at, value(:1))
+      value(2) = 0.5_wp*cos(fast*at%t)
+   end subroutine given_rates
+
+   subroutine given_accelerations(self, at, value)
+      class(given_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      call self%pair_t%acceleration_rhs(at, value(:1))
+      value(2) = -0.5_wp*fast*sin(fast*at%t)
+   end subroutine given_accelerations
+
    subroutine observe(self, ode, t, h, y, error)
       class(watcher_t), intent(inout) :: self
       class(ode_system_t), intent(inout) :: ode
@@ -209,6 +256,28 @@ contains
          call check(failure, text == '', trim(names(i))//': nothing to remark')
       end do
    end subroutine integrators
+
+   subroutine given(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(len=17), parameter :: names(3) = [character(len=17) :: 'dopri5', 'dop853', 'radau']
+      type(integration_options_t) :: options
+      type(integration_result_t) :: result
+      type(given_t) :: system
+      type(watcher_t) :: watcher
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      integer :: i
+
+      call system%define(n=2, c=2, mass_blocks=[1, 1], constant_mass=.true.)
+      do i = 1, size(names)
+         options = integration_options_t(integrator=names(i), rtol=1.0e-6_wp, atol=1.0e-9_wp)
+         watcher = watcher_t()
+         at = start()
+         call simulate(system, at, 1.0_wp, result, error, options=options, observer=watcher)
+         call no_error(failure, error)
+         call check_close(failure, watcher%balance%off(), 0.0_wp, 1.0e-4_wp, trim(names(i))//': work is what the energy gains')
+      end do
+   end subroutine given
 
    subroutine methods(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -91,7 +91,7 @@ contains
       ! Coordinates that are off by the absolute tolerance from step to step make velocities of it.
       noise = self%noise*(atol*max(1.0_wp, steps/max(abs(span), tiny(1.0_wp))))**2
       explained = min(gross*moved, walk*root*(options%rtol*moved + 2.0_wp*sqrt(self%kinetic*noise))) + root*noise + &
-                  round_offs*epsilon(1.0_wp)*(self%largest + moved) + self%uncertainty
+                  round_offs*epsilon(1.0_wp)*(self%largest + moved)
    end function explained
 
    !> What is to be said of it.
@@ -115,9 +115,13 @@ contains
          return
       end if
       limit = self%explained(options, result%steps, result%t - t_start)
-      if (abs(self%off()) > limit) &
+      if (abs(self%off()) <= limit) return
+      if (abs(self%off()) <= limit + self%uncertainty) then
+         text = 'the work is known to '//to_text(self%uncertainty)//' J alone: bound the step by max_step if it is needed'
+      else
          text = 'the balance of energy is off by '//to_text(self%off())//' J where the tolerances explain '//to_text(limit)// &
                 ' J: tighten them or bound the step; or constraints drift; or forces have a power that the system does not state'
+      end if
    end subroutine remark
 
    !> Passes it through an archive.

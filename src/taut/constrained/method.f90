@@ -381,10 +381,15 @@ contains
 
       call self%blows%forget()
       self%has_integral = ieee_is_finite(self%model%energy(at)) .and. ieee_is_finite(self%model%power(at))
+      if (.not. self%has_integral) return
+      call self%model%mass(at, self%m)
+      call self%m%multiply(at%v, self%vdot)
+      self%integral_scale = 0.5_wp*dot_product(at%v, self%vdot)
    end subroutine begin_balance
 
    !> Power of what changes the energy, at the state of an evaluation: that of the system's own, of forces that depend on reactions,
-   !! and of its drives, -lambda^T b'.
+   !! and of its drives, -lambda^T b'. Where constraints leave no freedom, a motion has no error by which to judge a step: its work
+   !! has.
    subroutine find_power(self, b_prime)
       !> The formulation, with lambda in place.
       class(constrained_ode_t), intent(inout) :: self
@@ -393,6 +398,7 @@ contains
 
       self%integrand = self%model%power(self%at) - dot_product(self%lambda, b_prime)
       if (self%model%reactive) self%integrand = self%integrand + power_of_reactions(self%model, self%at, self%lambda)
+      self%integral_counts = self%projector%onto%rank >= self%model%n
    end subroutine find_power
 
    !> phi and phidot at the state as it is, with A in place.
@@ -660,6 +666,7 @@ contains
       call archive%item('mu before projection', self%step_end%mu)
       call archive%item('projection iterations', self%projector%iterations)
       call archive%item('balances energy', self%has_integral)
+      call archive%item('energy at the start', self%integral_scale)
       call self%blows%serialize(archive)
       call self%projector%serialize(archive)
       call self%serialize_own(archive)

@@ -114,6 +114,7 @@ contains
       ode%has_integral = ode%has_integral .and. self%step%stepper%takes_integral
       self%step%integral = 0.0_wp
       self%step%integral_error = 0.0_wp
+      self%step%moved = 0.0_wp
       self%step%stepper%work = work_t()
       self%step%y(:) = y
       self%info = rhs_ok

@@ -20,8 +20,8 @@ module taut_ode_step
       real(wp) :: t_new = 0.0_wp, h_tried = 0.0_wp
       !> The integral that goes along with the system, at `t`.
       real(wp) :: integral = 0.0_wp
-      !> How far it may be off.
-      real(wp) :: integral_error = 0.0_wp
+      !> How far it may be off, and the sum of its parts without their signs.
+      real(wp) :: integral_error = 0.0_wp, moved = 0.0_wp
       !> 1 forwards, -1 backwards.
       real(wp) :: direction = 1.0_wp
       !> State at `t`; state at the end of the last try; state inside it, by `interpolate`: (n).
@@ -160,11 +160,19 @@ contains
       logical, intent(out) :: accepted
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
+      real(wp) :: integrand
 
       self%t_new = t_new
       self%h_tried = h
       self%dense = .false.
+      integrand = self%stepper%integrand_behind
       call self%stepper%try(ode, self%control, self%t, self%y, t_new, h, self%y_new, h_next, accepted, info)
+      if (.not. (accepted .and. ode%has_integral .and. ode%integral_counts)) return
+      associate (s => self%stepper)
+         call self%control%decide_by_integral(h, s%gain_error, ode%integral_scale + self%moved + abs(s%gain) + &
+                                              0.5_wp*abs(h)*(abs(s%integrand_before) + abs(s%integrand_behind)), h_next, accepted)
+         if (.not. accepted) s%integrand_behind = integrand
+      end associate
    end subroutine try
 
    !> Makes the end of the last try the state from which the next one starts, and tells the system.
@@ -185,6 +193,7 @@ contains
       self%h = h_next
       self%integral = self%integral + self%stepper%gain
       self%integral_error = self%integral_error + self%stepper%gain_error
+      self%moved = self%moved + abs(self%stepper%gain)
       do i = 1, size(self%y)
          self%y(i) = self%y_new(i)
       end do
@@ -246,6 +255,7 @@ contains
       call archive%item('y', self%y)
       call archive%item('integral', self%integral)
       call archive%item('error of the integral', self%integral_error)
+      call archive%item('parts of the integral', self%moved)
       call self%control%serialize(archive)
       call self%stepper%work%serialize(archive)
       call self%stepper%serialize(archive)

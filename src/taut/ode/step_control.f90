@@ -35,7 +35,7 @@ module taut_ode_step_control
       !> See `projection_holds`.
       real(wp) :: projection_limit = 0.0_wp
       type(controller_constants_t), private :: constants
-      !> Power of the error in the step control of 2009: one over the order.
+      !> Power of an error where the stepper states none, as of an integral or in the step control of 2009: one over the order.
       real(wp), private :: power = 0.0_wp
       integer, private :: kind = standard
       logical, private :: rms = .true.
@@ -51,6 +51,7 @@ module taut_ode_step_control
       procedure, non_overridable :: cautious_start
       procedure, non_overridable :: largest
       procedure, non_overridable :: decide
+      procedure, non_overridable :: decide_by_integral
       procedure, non_overridable :: reduce
       procedure, non_overridable :: serialize
    end type step_control_t
@@ -279,6 +280,31 @@ contains
          h_next = factor*h
       end select
    end subroutine decide
+
+   !> Judges a step that holds by an integral that goes along; only the standard control does.
+   pure subroutine decide_by_integral(self, h, error, amount, h_next, accepted)
+      !> The controller, whose memory is brought up to date.
+      class(step_control_t), intent(inout) :: self
+      !> Step [s].
+      real(wp), intent(in) :: h
+      !> Estimate of the integral's local error.
+      real(wp), intent(in) :: error
+      !> What it is compared with, times the relative tolerance.
+      real(wp), intent(in) :: amount
+      !> Length of the next try, which is made no longer than the integral allows [s].
+      real(wp), intent(inout) :: h_next
+      !> Whether the step holds.
+      logical, intent(out) :: accepted
+      real(wp) :: factor, ratio
+
+      accepted = .true.
+      if (self%kind /= standard .or. .not. error > 0.0_wp) return
+      ratio = min(error/max(self%rtol*amount, tiny(1.0_wp)), 1.0e100_wp)
+      accepted = ratio <= 1.0_wp
+      factor = max(self%constants%largest_decrease, safety/ratio**self%power)
+      if (factor*abs(h) < abs(h_next)) h_next = factor*h
+      if (.not. accepted) self%last_rejected = .true.
+   end subroutine decide_by_integral
 
    !> The next try after a step that failed for another reason than its error.
    pure subroutine reduce(self, h)

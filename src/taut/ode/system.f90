@@ -52,12 +52,15 @@ module taut_ode_system
       !! for the projected one too, and `project` may follow it at no cost. Else a new state is projected first.
       logical :: rhs_projects = .true.
       !> A quantity whose integral over time goes along, such as a power: whether there is one; its value, which `rhs` finds; and
-      !! its integral since the start, which the integrator keeps, with the stepper's weights and no part in the error, and tells
-      !! before a state is shown.
+      !! its integral since the start, which the integrator keeps, with the stepper's weights, and tells before a state is shown.
       logical :: has_integral = .false.
       real(wp) :: integrand = 0.0_wp, integral = 0.0_wp
       !> How far the integral may be off: the sum of the steps' estimates.
       real(wp) :: integral_error = 0.0_wp
+      !> Whether a step is judged by the integral as well, and what of the integral's kind there is from the start, which its errors
+      !! are compared with beside itself: for a motion whose state is given and has no error of its own.
+      logical :: integral_counts = .false.
+      real(wp) :: integral_scale = 0.0_wp
       !> Whether the derivative of a stage is completed by where it leads: `meet`.
       logical :: half_explicit = .false.
       !> Times between which the system is looked at [s], set by the integrator: inside two breakpoints, where a load or a drive
