@@ -5,6 +5,7 @@ what the joint carries (positive: on body 2, this way), green is free (positive:
 way).
 """
 
+import argparse
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -313,6 +314,7 @@ def draw_all(folder: Path) -> list[Path]:
 
 def main() -> int:
     """Draws all sketches into the folder of the documents."""
+    argparse.ArgumentParser(prog="scripts/sketches", description=__doc__).parse_args()
     for path in draw_all(ROOT / "cases" / "mechanism" / "joints"):
         print(path)
     return 0

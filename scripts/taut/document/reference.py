@@ -4,6 +4,7 @@ A document holds `<!-- reference: APP -->` and `<!-- end of reference -->`; betw
 app says of its own groups, or with `COMMON` in the place of an app, what all apps say.
 """
 
+import argparse
 import re
 import subprocess
 from pathlib import Path
@@ -46,6 +47,7 @@ def renewed(text: str) -> str:
 
 def main() -> int:
     """Renews the documents."""
+    argparse.ArgumentParser(prog="scripts/reference", description=__doc__).parse_args()
     for path in DOCUMENTS:
         path.write_text(renewed(path.read_text(encoding="utf-8")), encoding="utf-8")
         print(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)

@@ -96,8 +96,8 @@ contains
          if (size(dims) == 0) then
             call self%refuse(n, 'cannot be read: there is more than one '//kind, 'give one value of the right type: '//help)
          else
-            call self%refuse(n, 'cannot be read: there are not '//joined(counts)//' '//kind//'s', &
-                             'give all, or one by its subscript: '//help)
+            call self%refuse(n, 'cannot be read: it takes '//joined(counts)//' '//kind//'s', &
+                             'give all, or one by its subscript ('//help//')')
          end if
       end select
    end subroutine next

@@ -190,7 +190,8 @@ contains
 
       call read_bytes(path, 0_int64, head, count)
       if (count < 0) then
-         call raise(error, path, 'there is no such checkpoint', 'give the path of a '//checkpoint_file)
+         call raise(error, path, 'there is no such checkpoint', &
+                    'give the path of a '//checkpoint_file//', which Ctrl-C and --checkpoint SECONDS write')
          return
       end if
       if (count < 16) head = 0

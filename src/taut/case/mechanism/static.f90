@@ -244,7 +244,7 @@ contains
       end if
       if (quiet) return
       call say(file%name//': '//case%report%text)
-      write (line, '(2x, a, i0, a, es9.2, a)') 'equilibrium found in ', case%found%iterations, ' iterations, ', &
+      write (line, '(2x, a, i0, a, es9.2, a)') 'equilibrium found, iterations: ', case%found%iterations, '; ', &
          case%found%force_left, ' N or N m out of balance'
       call say(trim(line))
       call tell_equilibrium(case)
