@@ -15,6 +15,7 @@ program tester
    use test_linalg, only: collect_linalg
    use test_constrained, only: collect_constrained
    use test_helicopter, only: collect_helicopter
+   use test_extremes, only: collect_extremes
    use test_faults, only: collect_faults
    use test_first_look, only: collect_first_look
    use test_generalized_alpha, only: collect_generalized_alpha
@@ -118,6 +119,7 @@ program tester
    call run_suite('verify', collect_verify(), trim(only), outcome)
    call run_suite('faults', collect_faults(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
+   call run_suite('extremes', collect_extremes(), trim(only), outcome)
    call run_suite('numbers as text', collect_number(), trim(only), outcome)
    call run_suite('lists of runs', collect_variants(), trim(only), outcome)
    call run_suite('entries', collect_entries(), trim(only), outcome)

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -64,8 +65,10 @@ def read(path: Path) -> f90nml.Namelist:
 class Template:
     """A case file with blanks: comments are left out, so that they make no difference."""
 
-    def __init__(self, path: Path, entries: list[Entry]) -> None:
-        """Reads the case file and makes the blanks."""
+    def __init__(
+        self, path: Path, entries: list[Entry], more: Sequence[tuple[str, dict[str, Any]]] = ()
+    ) -> None:
+        """Reads the case file, makes the blanks and adds more groups, which have none."""
         groups = read(path)
         taken: dict[tuple[int, str], list[Entry]] = {}
         for number, entry in enumerate(entries):
@@ -76,6 +79,8 @@ class Template:
                     raise TautError(f"'{other.text}' and '{entry.text}' are the same entry; vary it once")
             others.append(entry)
             _put(group, entry, f"@{number}@")
+        for name, values in more:
+            groups.add_cogroup(name, f90nml.Namelist(values))
         out = StringIO()
         groups.write(out, sort=False)
         # An odd number of parts: text, number of a blank, text, ...

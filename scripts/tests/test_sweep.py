@@ -209,3 +209,28 @@ def test_a_program_that_crashes(sweep: Sweep, tmp_path: Path) -> None:
     assert_refused(sweep("run", TAUT_BIN=str(tmp_path)), "2 failed", "signal 11")
     assert [record["exit_code"] for record in records(tmp_path)] == [-11, -11]
     assert_refused(sweep("run", TAUT_BIN=str(tmp_path / "none")), "none/crash", "TAUT_BIN")
+
+
+@pytest.mark.parametrize("keep", ["files", "rows"])
+def test_peaks_are_found_between_the_rows(sweep: Sweep, tmp_path: Path, root: Path, keep: str) -> None:
+    """A rod that swings from the horizontal pulls at its hinge with (5/2) m g, between rows 0.7 s apart."""
+    text = (root / "cases" / "mechanism" / "simple_pendulum.nml").read_text()
+    (tmp_path / "base.nml").write_text(text.replace("dt = 0.02", "dt = 0.7"))
+    (tmp_path / "sweep.toml").write_text(
+        f'case = "base.nml"\napp = "mechanism"\nkeep = "{keep}"\n'
+        '[[parameter]]\nname = "m"\nentry = "body.mass"\nlist = [1.0, 3.0]\n'
+        '[collect]\npull = { column = "hinge.force", take = "max" }\n'
+        'late = { column = "rod.wz", take = "abs-max", from = 0.6, to = 0.7 }\n'
+        'low = { column = "hinge.fy", take = "min" }\nhigh = { column = "hinge.fy", take = "abs-max" }\n'
+        '[fixed]\n"integration.t_end" = 2.0\n'
+    )
+    assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
+    rows = table(tmp_path)
+    assert [row["m"] for row in rows] == ["1.0", "3.0"]
+    for row in rows:
+        weight = 9.81 * float(row["m"])
+        assert float(row["pull"]) == pytest.approx(2.5 * weight, rel=1e-6)
+        assert float(row["high"]) == pytest.approx(2.5 * weight, rel=1e-6)
+        assert float(row["low"]) == pytest.approx(0.25 * weight, rel=1e-6)
+        assert 4.0 < float(row["late"]) < 5.4
+        assert "pull_max" not in row and "pull_max_t" not in row

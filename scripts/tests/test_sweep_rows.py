@@ -97,6 +97,11 @@ def test_a_wrong_value_and_one_that_ends_early_are_rows(sweep: Sweep, tmp_path: 
     rows = table(tmp_path)
     assert [row["status"] for row in rows] == ["reached-end"] * 2 + ["failed"] + ["reached-end"] * 2
     assert "is not positive" in rows[2]["message"] and rows[2]["mass"] == "-2.0" and rows[2]["steps"] == ""
+    rows_of(tmp_path, "list = [1.0, -2.0]", '[collect]\nq = { column = "vx", take = "abs-max" }\n')
+    assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
+    rows = table(tmp_path)
+    assert [row["status"] for row in rows] == ["reached-end"] * 2 + ["failed"]
+    assert [row["q"] != "" for row in rows] == [True, True, False] and "is not positive" in rows[2]["message"]
     rows_of(tmp_path, "list = [1.0]", '[fixed]\n"integration.max_steps" = 2\n')
     assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
     assert [row["status"] for row in table(tmp_path)] == ["too-many-steps"] * 2
@@ -116,7 +121,7 @@ def test_a_run_that_crashes_takes_nobody_with_it(sweep: Sweep, tmp_path: Path) -
 
 
 def test_what_does_not_go_with_rows(sweep: Sweep, tmp_path: Path) -> None:
-    for more in ('[collect]\ntrajectories = ["x"]', '[collect]\nq = { column = "x", take = "max" }'):
+    for more in ('[collect]\ntrajectories = ["x"]', '[collect]\nq = { column = "x", take = "mean" }'):
         rows_of(tmp_path, "list = [1.0]", more)
         assert_refused(sweep("run"), "[collect]", "keep = 'files'")
     path = tmp_path / "sweep.toml"

@@ -14,7 +14,7 @@ from taut.programs import find
 
 COMMON = "COMMON"
 DOCUMENTS = (ROOT / "cases/README.md", ROOT / "cases/mechanism/README.md")
-SHARED = ("integration", "output", "method")
+SHARED = ("integration", "output", "extreme", "method")
 PLACE = re.compile(r"(?s)(<!-- reference: (\w+) -->\n).*?(<!-- end of reference -->\n)")
 
 

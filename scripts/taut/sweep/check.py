@@ -12,7 +12,7 @@ from taut.case_file import parse
 from taut.errors import TautError
 from taut.programs import ONE_THREAD, Program, check_case, help_of
 from taut.results import last_file, read_table
-from taut.sweep.collect import APART, check_names
+from taut.sweep.collect import check_names, columns_kept
 from taut.sweep.plan import Plan
 from taut.sweep.store import CASE, RESULTS
 from taut.sweep.sweep_file import Sweep
@@ -31,6 +31,12 @@ def check(plan: Plan, program: Program) -> None:
         raise TautError(f"{sweep.path}: keep = 'rows' needs an app that takes --runs; {sweep.app} does not")
     text = plan.text(plan.runs[0])
     if said := check_case(program.path, text, sweep.options):
+        # The groups &extreme are the sweep's own.
+        if "no group &extreme" in said:
+            raise TautError(f"{sweep.path}: [collect]: {sweep.app} writes no trajectories; leave it out")
+        which = [q.name for q in sweep.quantities if q.of_steps and f'no column "{q.column}"' in said]
+        if which:
+            raise TautError(f"{sweep.path}: [collect] {which[0]}: {said}")
         raise TautError(f"{sweep.path}: run 1 is refused: {said}")
     if sweep.quantities or sweep.trajectories or sweep.plots:
         case = parse(text, "run 1")
@@ -79,7 +85,8 @@ def _check_columns(sweep: Sweep, results: Path) -> None:
     summary = read_table(source, rows_needed=False)
     header = summary.header
     check_names(sweep, header)
-    wanted = {f"[collect] {quantity.name}": quantity.column for quantity in sweep.quantities}
+    rest = [quantity for quantity in sweep.quantities if not quantity.of_steps]
+    wanted = {f"[collect] {quantity.name}": quantity.column for quantity in rest}
     wanted |= {f"[collect] trajectories, {name}": name for name in sweep.trajectories}
     if wanted and "method" not in header:
         raise TautError(
@@ -95,7 +102,7 @@ def _check_columns(sweep: Sweep, results: Path) -> None:
                 raise TautError(
                     f"{sweep.path}: {where}: '{method}' has no column '{column}'; it has {', '.join(columns)}"
                 )
-    table = ["run", *sweep.columns, *(name for name in header if name not in APART)]
+    table = ["run", *sweep.columns, *columns_kept(sweep, header)]
     table += [quantity.name for quantity in sweep.quantities]
     over_time = ["run", *sweep.columns, "method", "t", *sweep.trajectories]
     for plot in sweep.plots:

@@ -62,7 +62,7 @@ def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
             if header is None:
                 header = names
                 check_names(sweep, names)
-                kept = [name for name in names if name not in APART]
+                kept = columns_kept(sweep, names)
                 table.writerow(["run", *sweep.columns, *kept, *(q.name for q in sweep.quantities)])
                 timing.writerow(["run", "method", "wall_seconds", *RECORDED])
             elif names != header:
@@ -71,7 +71,12 @@ def collect(plan: Plan, store: Store, partial: bool) -> list[Path]:
             for row in summary.records():
                 method = row.get("method", "")
                 path = folder / RESULTS / f"{method}.csv"
-                numbers = [_number(read_run(path, remedy=AGAIN), quantity) for quantity in sweep.quantities]
+                numbers = [
+                    _extreme(row, quantity)
+                    if quantity.of_steps
+                    else _number(read_run(path, remedy=AGAIN), quantity)
+                    for quantity in sweep.quantities
+                ]
                 table.writerow([*parameters, *(row[name] for name in kept), *numbers])
                 timing.writerow([run.index, method, row.get("wall_seconds", ""), *times])
                 if trajectories:
@@ -92,17 +97,41 @@ def _join(plan: Plan, store: Store, batches: list[tuple[Path, list[Any]]]) -> li
             if header is None:
                 header = names
                 check_names(plan.sweep, names)
-                kept = [i for i, name in enumerate(names) if name not in ("run", *APART)]
+                kept = [names.index(name) for name in columns_kept(plan.sweep, names) if name != "run"]
                 index, method, seconds = (names.index(name) for name in ("run", "method", "wall_seconds"))
-                table.writerow(["run", *plan.sweep.columns, *(names[i] for i in kept)])
+                quantities = plan.sweep.quantities
+                table.writerow(
+                    ["run", *plan.sweep.columns, *(names[i] for i in kept), *(q.name for q in quantities)]
+                )
                 timing.writerow(["run", "method", "wall_seconds", *RECORDED])
             elif names != header:
                 raise TautError(f"{source}: the columns are other than those of the batches before")
             for row in rows:
                 parameters = map(plain, plan.rows[int(row[index]) - 1])
-                table.writerow([row[index], *parameters, *(row[i] for i in kept)])
+                numbers = [_extreme(dict(zip(names, row, strict=True)), quantity) for quantity in quantities]
+                table.writerow([row[index], *parameters, *(row[i] for i in kept), *numbers])
                 timing.writerow([row[index], row[method], row[seconds], *times])
     return paths
+
+
+def columns_kept(sweep: Sweep, names: list[str]) -> list[str]:
+    """Returns the columns of a summary that the table has as they are."""
+    apart = {*APART, *(name for q in sweep.quantities if q.of_steps for name in q.told.values())}
+    return [name for name in names if name not in apart]
+
+
+def _extreme(row: dict[str, str], quantity: Quantity) -> str:
+    """Returns an extreme as text; nothing if the run ended before its window."""
+    low, high = row[quantity.told["min"]], row[quantity.told["max"]]
+    if not low or not high:
+        return ""
+    match quantity.take:
+        case "min":
+            return repr(float(low))
+        case "max":
+            return repr(float(high))
+        case _:
+            return repr(max(-float(low), float(high)))
 
 
 def _number(run: Run, quantity: Quantity) -> str:
@@ -122,12 +151,6 @@ def _lines(path: Path, columns: list[str]) -> Iterator[tuple[str, ...]]:
 def _take(take: str, t: Array, values: Array) -> Any:
     """Returns one number of a column."""
     match take:
-        case "max":
-            return values.max()
-        case "min":
-            return values.min()
-        case "abs-max":
-            return np.abs(values).max()
         case "max-change":
             return np.abs(values - values[0]).max()
         case "mean":

@@ -58,7 +58,8 @@ class Plan:
                 texts.append(text)
                 self._sources.append((None, column - 1, factor))
         try:
-            self._template = Template(sweep.case, [Entry.read(text) for text in texts])
+            extremes = [quantity.group for quantity in sweep.quantities if quantity.of_steps]
+            self._template = Template(sweep.case, [Entry.read(text) for text in texts], extremes)
         except TautError as error:
             raise TautError(f"{sweep.path}: {error}") from None
         # The parameters' values of each run.

@@ -20,7 +20,9 @@ TAKEN = (
     *("max_phi", "max_phidot", "max_phiddot", "energy_drift", "work", "min_rank"),
     *("note", "wall_seconds", "blas", "message"),
 )
-TAKES = ("max", "min", "abs-max", "max-change", "mean", "final")
+# What is taken of the steps, by the program, and what of the rows of a trajectory.
+OF_STEPS = ("max", "min", "abs-max")
+TAKES = (*OF_STEPS, "max-change", "mean", "final")
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,26 @@ class Quantity:
     take: str
     start: float
     end: float
+
+    @property
+    def of_steps(self) -> bool:
+        """Whether the program finds it, as an extreme that its summary tells."""
+        return self.take in OF_STEPS
+
+    @property
+    def group(self) -> tuple[str, dict[str, Any]]:
+        """The group of a case file that asks for it."""
+        times = {"from": self.start, "to": self.end}
+        return "extreme", {
+            "name": self.name,
+            "column": self.column,
+            **{key: value for key, value in times.items() if math.isfinite(value)},
+        }
+
+    @property
+    def told(self) -> dict[str, str]:
+        """The columns of the summary that tell of it."""
+        return {key: f"{self.name}_{key}" for key in ("min", "min_t", "max", "max_t")}
 
 
 @dataclass(frozen=True)
@@ -159,9 +181,10 @@ def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
     options = _take(table, "slurm", dict, "the sweep file", {})
     check_table(options)
     quantities, trajectories = _collect(_take(table, "collect", dict, "the sweep file", {}), names)
-    if keep == "rows" and (quantities or trajectories):
+    if keep == "rows" and (trajectories or not all(quantity.of_steps for quantity in quantities)):
         raise TautError(
-            "[collect] needs trajectories, which keep = 'rows' does not leave; take keep = 'files'"
+            f"[collect] has more than {', '.join(OF_STEPS)} and needs trajectories, "
+            "which keep = 'rows' does not leave; take keep = 'files'"
         )
     return Sweep(
         path=path,

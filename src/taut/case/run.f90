@@ -4,32 +4,27 @@ module taut_case_run
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_case_blas, only: blas_text
    use taut_case_checkpoint, only: checkpoint_file, store_origin, watch_t, write_checkpoint
    use taut_case_csv, only: csv_field, csv_t
+   use taut_case_extremes, only: extremes_t
    use taut_case_identity, only: identity
    use taut_case_number, only: number_text
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_posix, only: remove_file, remove_remainders
    use taut_case_process, only: caught_signal, say
    use taut_case_recorder, only: recorder_t
-   use taut_case_row, only: row_t
    use taut_case_settings, only: settings_t, method_entry_t
+   use taut_case_summary, only: summary_header, summary_row
    use taut_constrained_model_events, only: model_events_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_simulate, only: simulation_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: quantity_t, tabulated_system_t
-   use taut_ode_options, only: integration_result_t
    use taut_ode_status, only: status_event, status_interrupted, status_name, status_output_failed, status_reached_end
    implicit none (type, external)
    private
-   public :: run_case, run_rows, failed_row, summary_header, run_options_t, check_start
+   public :: run_case, run_rows, run_options_t, check_start
 
-   !> Columns of a case's summary.
-   character(*), parameter :: summary_header = &
-      'case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,jacobians,factorizations,'// &
-      'newton_iterations,max_phi,max_phidot,max_phiddot,energy_drift,work,min_rank,note,wall_seconds,blas'
    character, parameter :: line_end = new_line('a')
 
    !> Where and how to run a case.
@@ -80,7 +75,7 @@ contains
       type(recorder_t) :: recorder
       integer :: i
 
-      call recorder%prepare(model, settings%columns, settings%t_start, settings%t_end, error)
+      call recorder%prepare(model, settings, error)
       if (allocated(error)) error%where = file%path//': '//error%where
       do i = 1, size(settings%methods)
          if (allocated(error)) return
@@ -143,6 +138,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(progress_of_case_t) :: progress
       character(:), allocatable :: row, events, message
+      type(extremes_t) :: extremes
       integer :: i, first
       logical :: there
 
@@ -150,6 +146,8 @@ contains
       inquire (file=options%folder//'/'//checkpoint_file, exist=there)
       if (.not. there) call remove_remainders(options%folder//'/', '.part')
       if (.not. checkpoint%reading) call write_quantities(options%folder//'/model.csv', model%quantities(), error)
+      if (allocated(error)) return
+      call extremes%init(model, settings%extremes, .true., error)
       if (allocated(error)) return
       call identity(file, progress%identity)
       progress%rows = ''
@@ -184,7 +182,7 @@ contains
       end do
       if (model%n_events > 0) &
          call write_table(options%folder//'/events.csv', 'method,event,t', progress%events//events, error)
-      call write_table(options%folder//'/summary.csv', summary_header, progress%rows//row, error)
+      call write_table(options%folder//'/summary.csv', summary_header//extremes%names(), progress%rows//row, error)
       if (allocated(error) .or. interrupted) return
       call remove_file(options%folder//'/'//checkpoint_file)
       call remove_remainders(options%folder//'/', '.part')
@@ -202,7 +200,7 @@ contains
       type(state_t), intent(in) :: start
       !> Tolerances and methods.
       type(settings_t), intent(in) :: settings
-      !> The rows of its summary, with why a method ended early behind each.
+      !> The rows of its summary, without the extremes of the system's vectors and with why a method ended early behind each.
       character(:), allocatable, intent(out) :: rows
       !> A method that cannot begin.
       type(error_t), allocatable, intent(inout) :: error
@@ -225,22 +223,6 @@ contains
          rows = rows//name//','//row(:len(row) - 1)//','//csv_field(message)//line_end
       end do
    end subroutine run_rows
-
-   !> The row of a run that could not be made.
-   function failed_row(name, case_name, message) result(row)
-      !> Name of the run.
-      character(*), intent(in) :: name
-      !> Name of the case.
-      character(*), intent(in) :: case_name
-      !> Why not.
-      character(*), intent(in) :: message
-      !> A row as those of `run_rows`: its status is `failed`, and other columns are empty.
-      character(:), allocatable :: row
-      integer :: i
-
-      row = name//','//csv_field(case_name)//',,failed'// &
-            repeat(',', count([(summary_header(i:i) == ',', i=1, len(summary_header))]) - 2)//','//csv_field(message)//line_end
-   end function failed_row
 
    !> What the system knows about itself.
    subroutine write_quantities(path, list, error)
@@ -293,7 +275,6 @@ contains
       character(:), allocatable, intent(out) :: message
       type(error_t), allocatable, intent(inout) :: error
       type(recorder_t) :: recorder
-      type(row_t) :: fields
       type(model_events_t), allocatable :: watched
       type(simulation_t) :: simulation
       type(watch_t) :: watch
@@ -302,7 +283,6 @@ contains
       real(wp) :: seconds_before
       character(:), allocatable :: diagnosis
       character(len=200) :: line
-      character(:), allocatable :: balance, blows, own
       integer :: i
 
       interrupted = .false.
@@ -329,10 +309,10 @@ contains
          call simulation%resume(recorder, watched, watch)
       else
          if (allocated(options%folder)) then
-            call recorder%create(options%folder//'/'//chosen%label//'.csv', model, settings%columns, settings%t_start, &
-                                 settings%t_end, error)
+            call recorder%create(options%folder//'/'//chosen%label//'.csv', model, settings, error)
          else
-            call recorder%prepare(model, settings%columns, settings%t_start, settings%t_end, error)
+            recorder%of_vectors = .false.
+            call recorder%prepare(model, settings, error)
          end if
          if (allocated(error)) return
          call simulation%run(at, settings%t_end, error, recorder, watched, pause=watch)
@@ -379,31 +359,7 @@ contains
             end do
          end if
          if (recorder%points == 0) recorder%min_rank = 0
-         call fields%create()
-         call fields%add(csv_field(file%name))
-         call fields%add(chosen%label)
-         call fields%add(status_name(result%status))
-         call fields%add(result%t)
-         call fields%add(result%steps)
-         call fields%add(result%rejected)
-         call fields%add(result%rhs_evaluations)
-         call fields%add(simulation%ode%projector%iterations)
-         call fields%add(result%jacobians)
-         call fields%add(result%factorizations)
-         call fields%add(result%newton_iterations)
-         call fields%add(recorder%max_phi)
-         call fields%add(recorder%max_phidot)
-         call fields%add(recorder%max_phiddot)
-         call fields%add(recorder%balance%drift)
-         call fields%add(recorder%balance%work)
-         call fields%add(recorder%min_rank)
-         call recorder%balance%remark(settings%options, result, settings%t_start, balance)
-         call simulation%ode%remark(blows)
-         call model%note(own)
-         call fields%add(joined(joined(joined(own, blows), balance), said(result)))
-         call fields%add(progress%seconds)
-         call fields%add(blas_text())
-         row = fields%letters(:fields%used)//line_end
+         call summary_row(file%name, chosen%label, model, settings, simulation, recorder, progress%seconds, row)
          if (.not. options%quiet) then
             write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
                result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%balance%drift, progress%seconds
@@ -422,27 +378,6 @@ contains
       end subroutine set_seconds
 
    end subroutine run_method
-
-   !> What is to be said of an integration.
-   function said(result) result(text)
-      type(integration_result_t), intent(in) :: result
-      character(:), allocatable :: text
-      integer :: i
-
-      text = ''
-      do i = 1, size(result%notes)
-         text = joined(text, result%notes(i)%text())
-      end do
-   end function said
-
-   !> Two notes in one field.
-   pure function joined(one, other) result(both)
-      character(*), intent(in) :: one, other
-      character(:), allocatable :: both
-
-      both = one//other
-      if (len(one) > 0 .and. len(other) > 0) both = one//'; '//other
-   end function joined
 
    !> What is restored must be of this case: a file whose checksum fits may have been made by anyone.
    subroutine check_progress(progress, methods, path, checkpoint, error)
@@ -473,7 +408,7 @@ contains
       if (simulation%result%status /= status_interrupted .and. .not. allocated(checkpoint%error)) &
          call raise(checkpoint%error, folder//'/'//checkpoint_file, 'the checkpoint is not of a run under way', &
                     'run the case anew')
-      call recorder%prepare(model, settings%columns, settings%t_start, settings%t_end, error)
+      call recorder%prepare(model, settings, error)
       if (allocated(error)) return
       call recorder%serialize(checkpoint, folder, error)
       if (allocated(checkpoint%error)) call move_alloc(checkpoint%error, error)

@@ -16,7 +16,7 @@ module taut_case_settings
    use taut_ode_stepper, only: stepper_t
    implicit none (type, external)
    private
-   public :: settings_t, method_entry_t, output_group_t, read_settings, declare_shared, longest_name
+   public :: extreme_t, settings_t, method_entry_t, output_group_t, read_extremes, read_settings, declare_shared, longest_name
 
    !> Characters that the name of a column may have.
    integer, parameter :: longest_name = 128
@@ -51,6 +51,18 @@ module taut_case_settings
       procedure :: declare => declare_output
    end type output_group_t
 
+   !> &extreme: a column whose largest and smallest value the summary tells.
+   type, extends(group_data_t) :: extreme_t
+      !> What it is called there; without: as the column.
+      character(:), allocatable :: name
+      !> The column, by its name.
+      character(:), allocatable :: column
+      !> Times between which it is looked for [s].
+      real(wp) :: from = -huge(1.0_wp), to = huge(1.0_wp)
+   contains
+      procedure :: declare => declare_extreme
+   end type extreme_t
+
    !> What a case file says apart from the model.
    type :: settings_t
       !> Start and end [s].
@@ -59,6 +71,8 @@ module taut_case_settings
       type(integration_options_t) :: options
       !> Columns of the CSV files, with * for any characters; blank ones do not count, and none means all.
       character(len=longest_name), allocatable :: columns(:)
+      !> Extremes for the summary.
+      type(extreme_t), allocatable :: extremes(:)
       !> Methods to be run side by side.
       type(method_entry_t), allocatable :: methods(:)
    end type settings_t
@@ -94,6 +108,7 @@ contains
       else
          call declare_group(groups, plain_output)
       end if
+      call declare_group(groups, extreme_t(), many=.true.)
       call declare_group(groups, method, many=.true.)
    end subroutine declare_shared
 
@@ -142,6 +157,69 @@ contains
       call entries%option('columns', self%columns, 'columns besides t, such as "x", "phi*"; * stands for any characters; '// &
                           'without: all', most_columns)
    end subroutine declare_output
+
+   !> Entries of &extreme.
+   subroutine declare_extreme(self, entries)
+      !> What it says.
+      class(extreme_t), intent(inout) :: self
+      !> What passes over them.
+      type(entries_t), intent(inout) :: entries
+      real(wp), allocatable :: from, to
+
+      call entries%group('extreme', 'a column whose smallest and largest value, by the step and not by the row, the summary tells')
+      call entries%option('column', self%column, 'such as "hinge.fx"; of a joint also the size of its reaction, "hinge.force" '// &
+                          'or "hinge.moment"')
+      call entries%option('name', self%name, 'by which the summary tells it; without: that of the column')
+      call entries%option('from', from, 's', 'not before; without: from the start')
+      call entries%option('to', to, 's', 'not after; without: to the end')
+      if (allocated(from)) self%from = from
+      if (allocated(to)) self%to = to
+   end subroutine declare_extreme
+
+   !> Reads all &extreme.
+   subroutine read_extremes(file, extremes, error)
+      !> The case file.
+      type(namelist_file_t), intent(in) :: file
+      !> What it asks for.
+      type(extreme_t), allocatable, intent(out) :: extremes(:)
+      !> An entry that is not known, not readable or not valid.
+      type(error_t), allocatable, intent(inout) :: error
+      type(extreme_t) :: one
+      integer :: i
+
+      allocate (extremes(0))
+      do i = 1, size(file%groups)
+         if (file%groups(i)%name /= 'extreme') cycle
+         one = extreme_t()
+         call read_group(file, file%groups(i), one, error)
+         if (allocated(error)) return
+         call check_extreme(one, extremes, error)
+         call file%locate(file%groups(i), error)
+         extremes = [extremes, one]
+      end do
+   end subroutine read_extremes
+
+   !> Checks an extreme against those before it.
+   subroutine check_extreme(one, others, error)
+      type(extreme_t), intent(inout) :: one
+      type(extreme_t), intent(in) :: others(:)
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+
+      if (.not. allocated(one%column)) one%column = ''
+      one%column = trim(one%column)
+      if (len(one%column) == 0) call raise(error, 'extreme', 'column is not given', 'name a column of the results')
+      if (.not. allocated(one%name)) one%name = ''
+      one%name = trim(one%name)
+      if (len(one%name) == 0) one%name = one%column
+      if (.not. one%from <= one%to) &
+         call raise(error, 'extreme', 'from = '//to_text(one%from)//' s is after to = '//to_text(one%to)//' s', &
+                    'give a later end')
+      do i = 1, size(others)
+         if (others(i)%name == one%name) &
+            call raise(error, 'extreme', 'two extremes are called "'//one%name//'"', 'give one of them another name')
+      end do
+   end subroutine check_extreme
 
    !> Entries of &method.
    subroutine declare_method(self, entries)
@@ -244,6 +322,7 @@ contains
             settings%methods(methods) = one
          end select
       end do
+      if (.not. allocated(error)) call read_extremes(file, settings%extremes, error)
       if (allocated(error)) return
       methods = 0
       do i = 1, size(file%groups)

@@ -5,13 +5,15 @@
 module taut_case_variants
    use taut_error, only: error_t, raise, to_text
    use taut_case_csv, only: csv_field
+   use taut_case_extremes, only: extreme_columns
    use taut_case_group, only: declared_t
    use taut_case_kind, only: case_kind_t
    use taut_case_namelist_file, only: namelist_file_t
    use taut_case_posix, only: read_whole
    use taut_case_process, only: caught_signal, output_is_lost, say
-   use taut_case_run, only: check_start, failed_row, run_rows, summary_header
-   use taut_case_settings, only: settings_t
+   use taut_case_run, only: check_start, run_rows
+   use taut_case_settings, only: extreme_t, read_extremes, settings_t
+   use taut_case_summary, only: failed_row, summary_header
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    implicit none (type, external)
@@ -35,6 +37,7 @@ module taut_case_variants
    contains
       procedure :: load
       procedure :: next
+      procedure :: blanks_left
    end type variants_t
 
 contains
@@ -60,8 +63,10 @@ contains
       class(tabulated_system_t), allocatable :: model
       type(state_t) :: start
       type(settings_t) :: settings
+      type(extreme_t), allocatable :: extremes(:)
       type(error_t), allocatable :: refusal
-      character(:), allocatable :: name, rows, text
+      character(:), allocatable :: name, names, rows, text
+      integer :: i
 
       interrupted = .false.
       call variants%load(path, list_path, error)
@@ -69,16 +74,27 @@ contains
       call kind%declare(known)
       allocate (own, source=kind)
       call move_alloc(known, own%known)
-      call say('run,'//summary_header//',message')
+      ! What all runs have in common tells which columns there are.
+      call variants%blanks_left(text)
+      call file%take(path, text, refusal)
+      allocate (extremes(0))
+      if (.not. allocated(refusal)) call read_extremes(file, extremes, refusal)
+      if (allocated(refusal)) deallocate (refusal)
+      names = ''
+      do i = 1, size(extremes)
+         names = names//extreme_columns(extremes(i)%name, .true.)
+      end do
+      call say('run,'//summary_header//names//',message')
       do
          call variants%next(name, text, error)
          if (allocated(error) .or. .not. allocated(name)) return
          call file%take(path, text, refusal)
          if (.not. allocated(refusal)) call own%read(file, model, start, settings, refusal)
+         if (.not. allocated(refusal)) call check_extremes(file, extremes, settings%extremes, refusal)
          if (.not. allocated(refusal)) call check_start(file, model, start, settings, refusal)
          if (.not. allocated(refusal)) call run_rows(csv_field(name), file, model, start, settings, rows, refusal)
          if (allocated(refusal)) then
-            rows = failed_row(csv_field(name), file%name, refusal%line())
+            rows = failed_row(csv_field(name), file%name, refusal%line(), 4*size(extremes))
             deallocate (refusal)
          end if
          interrupted = caught_signal() /= 0
@@ -87,6 +103,21 @@ contains
          if (output_is_lost()) return
       end do
    end subroutine run_variants
+
+   !> Whether a run has the extremes that all runs have: they are columns of one table.
+   subroutine check_extremes(file, common, own, error)
+      type(namelist_file_t), intent(in) :: file
+      type(extreme_t), intent(in) :: common(:), own(:)
+      type(error_t), allocatable, intent(inout) :: error
+      logical :: same
+      integer :: i
+
+      same = size(common) == size(own)
+      do i = 1, size(own)
+         if (same) same = common(i)%name == own(i)%name
+      end do
+      if (.not. same) call raise(error, file%path, '&extreme differs from run to run', 'leave blanks out of it')
+   end subroutine check_extremes
 
    !> Reads a case file and its list.
    subroutine load(self, path, list_path, error)
@@ -133,6 +164,21 @@ contains
       call read_whole(list_path, self%list, done)
       if (.not. done) call raise(error, list_path, 'the list of runs cannot be read', 'give the path of a text file, no pipe')
    end subroutine load
+
+   !> The case file with its blanks.
+   subroutine blanks_left(self, text)
+      !> The case file and its list.
+      class(variants_t), intent(in) :: self
+      !> The case file.
+      character(:), allocatable, intent(out) :: text
+      integer :: i
+
+      text = ''
+      do i = 1, size(self%parts)
+         text = text//self%parts(i)%text
+         if (self%parts(i)%blank > 0) text = text//'@'//to_text(self%parts(i)%blank)//'@'
+      end do
+   end subroutine blanks_left
 
    !> The next run.
    subroutine next(self, name, text, error)

@@ -7,6 +7,7 @@ module taut_constrained_history
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_ode_observer, only: observer_t
+   use taut_ode_step, only: step_t
    use taut_ode_system, only: inside_step, ode_system_t, rhs_ok
    implicit none (type, external)
    private
@@ -46,7 +47,7 @@ module taut_constrained_history
    contains
       procedure :: begin
       procedure :: observe
-      procedure :: step
+      procedure :: follow
       procedure :: finish
       procedure :: series
       procedure :: state_at
@@ -61,7 +62,7 @@ contains
 
       self%points = 0
       self%steps = 0
-      self%places = merge(places, 0, self%dense)
+      self%follows = self%dense
       if (allocated(self%ode)) deallocate (self%ode)
       if (allocated(self%t)) deallocate (self%t, self%x, self%v, self%w, self%lambda, self%mu, self%energy, self%work, self%phi, &
                                          self%phidot, self%phiddot, self%outputs)
@@ -191,30 +192,47 @@ contains
    end subroutine resize_table
 
    !> Keeps the continuous extension of a step.
-   subroutine step(self, t, t_new, values)
+   subroutine follow(self, ode, step, t_last, error)
       !> The history.
       class(history_t), intent(inout) :: self
-      !> Its beginning [s].
-      real(wp), intent(in) :: t
+      !> The system that is integrated.
+      class(ode_system_t), intent(inout) :: ode
+      !> The step.
+      class(step_t), intent(inout) :: step
       !> Its end, or where an event ends it [s].
-      real(wp), intent(in) :: t_new
-      !> States, evenly from the beginning to the end: (size of y, places).
-      real(wp), intent(in), contiguous :: values(:, :)
+      real(wp), intent(in) :: t_last
+      !> An interpolation that failed.
+      type(error_t), allocatable, intent(inout) :: error
       real(wp), allocatable :: more(:, :, :)
-      integer :: room
+      real(wp) :: t
+      integer :: info, k, room
 
-      if (.not. allocated(self%ends)) allocate (self%ends(2, 256), self%values(size(values, 1), places, 256))
+      if (.not. allocated(self%ends)) allocate (self%ends(2, 256), self%values(size(step%y), places, 256))
       room = size(self%ends, 2)
       if (self%steps == room) then
          call resize_table(self%ends, 2*room)
-         allocate (more(size(values, 1), places, 2*room))
+         allocate (more(size(step%y), places, 2*room))
          more(:, :, :room) = self%values
          call move_alloc(more, self%values)
       end if
       self%steps = self%steps + 1
-      self%ends(:, self%steps) = [t, t_new]
-      self%values(:, :, self%steps) = values
-   end subroutine step
+      self%ends(:, self%steps) = [step%t, t_last]
+      associate (values => self%values(:, :, self%steps))
+         values(:, 1) = step%y
+         values(:, places) = step%y_new
+         do k = 2, places
+            t = step%t + (t_last - step%t)*(k - 1)/(places - 1)
+            if (k == places .and. abs(t_last - step%t_new) <= 0.0_wp) exit
+            call step%interpolate(ode, t, info)
+            if (info /= rhs_ok) then
+               call raise(error, 'history', 'the motion inside the step that ends at t = '//to_text(t_last)// &
+                          ' s is not to be had', 'tighten the tolerances')
+               return
+            end if
+            values(:, k) = step%y_inside
+         end do
+      end associate
+   end subroutine follow
 
    !> Gives the arrays the size of what they hold.
    subroutine finish(self)

@@ -95,6 +95,8 @@ module taut_constrained_method
       type(step_end_t) :: step_end
       !> Whether `rhs` projects velocities, so that mu is that of the evaluation.
       logical :: finds_mu = .false.
+      !> Whether the last evaluation was at `at`, as `at` is now; of methods that keep account of it.
+      logical :: evaluated = .false.
       !> Whether forces may depend on its multipliers.
       logical :: carries_reactions = .true.
       !> Blows at breakpoints.
@@ -127,6 +129,7 @@ module taut_constrained_method
       procedure :: entry_name
       procedure :: recount
       procedure :: sample
+      procedure :: sample_reactions
       procedure :: serialize
       procedure :: serialize_own => nothing_to_serialize
       procedure, non_overridable :: begin_balance
@@ -605,6 +608,7 @@ contains
          call self%multipliers(s)
 
          call self%unpack(t, y, self%at)
+         self%evaluated = .false.
          call projector%linearize(model, self%at, info, 0.0_wp)
          if (info /= rhs_ok) return
          s%rank = projector%onto%rank
@@ -621,11 +625,7 @@ contains
          self%kinetic_of_unit = 0.5_wp*self%m%trace()
          s%work = self%integral + self%blows%energy
          if (.not. self%has_integral) s%work = ieee_value(s%work, ieee_quiet_nan)
-         select type (model => self%model)
-         class is (tabulated_system_t)
-            if (.not. allocated(s%outputs)) allocate (s%outputs(model%n_outputs), source=0.0_wp)
-            if (model%n_outputs > 0) call model%outputs(self%at, s%lambda, s%outputs)
-         end select
+         call find_outputs(self, s)
          if (self%replaces) then
             s%phi_raw = self%step_end%phi
             s%phidot_raw = self%step_end%phidot
@@ -641,6 +641,48 @@ contains
          end if
       end associate
    end subroutine sample
+
+   !> The multipliers lambda at a state, and what the system computes besides: at no further cost where the last evaluation was.
+   subroutine sample_reactions(self, t, y, s, info)
+      !> The formulation.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (size).
+      real(wp), intent(in), contiguous :: y(:)
+      !> `lambda` and `outputs` are set; its arrays are allocated if they are not.
+      type(sample_t), intent(inout) :: s
+      !> One of the `rhs_` constants.
+      integer, intent(out) :: info
+      integer :: iterations
+      logical :: known
+
+      if (.not. allocated(s%mu)) allocate (s%mu(self%model%c), s%lambda(self%model%c), source=0.0_wp)
+      info = rhs_ok
+      known = self%evaluated
+      if (known) known = self%is_at(t, y)
+      if (.not. known) then
+         iterations = self%projector%iterations
+         call self%rhs(t, y, self%dydt, info)
+         self%projector%iterations = iterations
+         if (info /= rhs_ok) return
+         call self%unpack(t, y, self%at)
+      end if
+      call self%multipliers(s)
+      call find_outputs(self, s)
+   end subroutine sample_reactions
+
+   !> What the system computes besides at `at`.
+   subroutine find_outputs(self, s)
+      class(constrained_ode_t), intent(in) :: self
+      type(sample_t), intent(inout) :: s
+
+      select type (model => self%model)
+      class is (tabulated_system_t)
+         if (.not. allocated(s%outputs)) allocate (s%outputs(model%n_outputs), source=0.0_wp)
+         if (model%n_outputs > 0) call model%outputs(self%at, s%lambda, s%outputs)
+      end select
+   end subroutine find_outputs
 
    !> Largest absolute entry, 0 if there is none.
    pure function largest(values) result(value)

@@ -6,7 +6,7 @@ module taut_model_mechanism
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_constrained_system, only: state_t
-   use taut_constrained_system_tables, only: name_length, quantity_t, tabulated_system_t
+   use taut_constrained_system_tables, only: magnitude_t, name_length, quantity_t, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_beam_element, only: beam_element_t
    use taut_model_mechanism_body, only: body_t, entry_of_velocity, pose_t, velocities_of_kind
@@ -127,6 +127,7 @@ module taut_model_mechanism
       procedure :: power
       procedure :: output_name
       procedure :: outputs
+      procedure :: magnitudes
       procedure :: quantities
       procedure :: describe
       procedure :: note
@@ -586,6 +587,14 @@ module taut_model_mechanism
          !> In the order of their names: (n_outputs).
          real(wp), intent(out) :: values(:)
       end subroutine outputs
+
+      !> Force and moment of each joint that is shown, as far as its rows give either.
+      module function magnitudes(self) result(list)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> Such as hinge.force and hinge.moment.
+         type(magnitude_t), allocatable :: list(:)
+      end function magnitudes
 
       !> Numbers of a joint: force and moment in global axes, in its own, then angle and displacement.
       pure module function outputs_of_joint(self, joint) result(n)

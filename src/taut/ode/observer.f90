@@ -2,6 +2,7 @@
 module taut_ode_observer
    use taut_kinds, only: wp
    use taut_error, only: error_t
+   use taut_ode_step, only: step_t
    use taut_ode_system, only: ode_system_t
    implicit none (type, external)
    private
@@ -9,12 +10,11 @@ module taut_ode_observer
 
    !> Receives the output points in order of time.
    type, abstract :: observer_t
-      !> At how many places of each step its continuous extension is wanted, evenly from its beginning to its end; to be set by
-      !! `begin`.
-      integer :: places = 0
+      !> Whether it follows the steps too, and not only the output points; to be set before the steps begin, in `begin` at the latest.
+      logical :: follows = .false.
    contains
       procedure(observe_point), deferred :: observe
-      procedure :: step => no_interest
+      procedure :: follow => no_interest
       procedure :: begin => nothing_to_do
       procedure :: finish => nothing_to_do
    end type observer_t
@@ -64,18 +64,20 @@ contains
       end associate
    end subroutine nothing_to_do
 
-   !> A step that holds, by its continuous extension, if `places` are wanted; before its output points. The default does nothing.
-   subroutine no_interest(self, t, t_new, values)
+   !> A step that holds, if the observer `follows`; before its output points. The default does nothing.
+   subroutine no_interest(self, ode, step, t_last, error)
       !> The observer.
       class(observer_t), intent(inout) :: self
-      !> Its beginning [s].
-      real(wp), intent(in) :: t
+      !> The system that is integrated; its right-hand side may be called, the integration does not mind.
+      class(ode_system_t), intent(inout) :: ode
+      !> From `t`, `y` to `t_new`, `y_new`, not yet accepted; `interpolate` gives what is between.
+      class(step_t), intent(inout) :: step
       !> Its end, or where a terminal event ends it [s].
-      real(wp), intent(in) :: t_new
-      !> States, on the system's invariants: (n, places).
-      real(wp), intent(in), contiguous :: values(:, :)
+      real(wp), intent(in) :: t_last
+      !> Set by an observer that cannot go on; the integration ends.
+      type(error_t), allocatable, intent(inout) :: error
 
-      associate (unused_observer => self, unused_begin => t, unused_end => t_new, unused_values => values)
+      associate (unused_observer => self, unused_system => ode, unused_step => step, unused_end => t_last, unused_error => error)
       end associate
    end subroutine no_interest
 

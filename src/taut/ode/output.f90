@@ -7,6 +7,7 @@ module taut_ode_output
    use taut_ode_options, only: integration_options_t, integration_result_t
    use taut_ode_status, only: status_not_started, status_output_failed
    use taut_ode_step, only: step_t
+   use taut_ode_stepper, only: work_t
    use taut_ode_system, only: ode_system_t, rhs_ok
    implicit none (type, external)
    private
@@ -24,8 +25,6 @@ module taut_ode_output
       !> Time between two points, or their times [s]; neither: each step is a point.
       real(wp), private :: dt = 0.0_wp
       real(wp), allocatable, private :: times(:)
-      !> The continuous extension of the step at hand, where the observer wants it: (n, places).
-      real(wp), allocatable, private :: places(:, :)
    contains
       procedure :: init
       procedure :: begin
@@ -64,7 +63,6 @@ contains
 
       self%t_start = t
       self%count = 0
-      if (allocated(self%places)) deallocate (self%places)
       if (allocated(self%times)) then
          before = t
          do i = 1, size(self%times)
@@ -105,7 +103,7 @@ contains
       call show(step, ode, step%t, 0.0_wp, step%y, result, observer)
    end subroutine show_start
 
-   !> What lies inside a step that holds: its continuous extension, if the observer wants it, and points that are known beforehand.
+   !> A step that holds, if the observer follows the steps, and points inside it that are known beforehand.
    subroutine show_inside(self, step, ode, t_last, result, observer)
       !> The points.
       class(output_points_t), intent(inout) :: self
@@ -122,8 +120,8 @@ contains
       real(wp) :: t
       integer :: info
 
-      if (observer%places > 1) then
-         call show_places(self, step, ode, t_last, result, observer)
+      if (observer%follows) then
+         call show_step(step, ode, t_last, result, observer)
          if (result%status /= status_not_started) return
       end if
       if (.not. known_beforehand(self)) return
@@ -210,33 +208,28 @@ contains
       end if
    end function next
 
-   !> Hands the continuous extension of a step to the observer.
-   subroutine show_places(self, step, ode, t_last, result, observer)
-      type(output_points_t), intent(inout) :: self
+   !> Hands a step that holds to the observer.
+   subroutine show_step(step, ode, t_last, result, observer)
       type(step_t), intent(inout) :: step
       class(ode_system_t), intent(inout) :: ode
       real(wp), intent(in) :: t_last
       type(integration_result_t), intent(inout) :: result
       class(observer_t), intent(inout) :: observer
-      real(wp) :: t
-      integer :: info, k, last
+      type(error_t), allocatable :: error
+      type(work_t) :: work
+      integer :: counted
 
-      last = observer%places
-      if (.not. allocated(self%places)) allocate (self%places(size(step%y), last))
-      self%places(:, 1) = step%y
-      self%places(:, last) = step%y_new
-      do k = 2, last
-         t = step%t + (t_last - step%t)*(k - 1)/(last - 1)
-         if (k == last .and. abs(t_last - step%t_new) <= 0.0_wp) exit
-         call step%interpolate(ode, t, info)
-         if (info /= rhs_ok) then
-            call fail(ode, info, t, result)
-            return
-         end if
-         self%places(:, k) = step%y_inside
-      end do
-      call observer%step(step%t, t_last, self%places)
-   end subroutine show_places
+      ! Looking does not count as work of the method.
+      work = step%stepper%work
+      call ode%recount(counted, back=.false.)
+      call observer%follow(ode, step, t_last, error)
+      call ode%recount(counted, back=.true.)
+      call step%forget_inside()
+      step%stepper%work = work
+      if (.not. allocated(error)) return
+      result%status = status_output_failed
+      call move_alloc(error, result%error)
+   end subroutine show_step
 
    !> Hands a point to the observer.
    subroutine show(step, ode, t, h, y, result, observer)
@@ -248,8 +241,7 @@ contains
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable :: error
 
-      ode%integral = step%integral_at(t)
-      ode%integral_error = step%integral_error + step%stepper%gain_error
+      call step%tell_integral(ode, t)
       call observer%observe(ode, t, h, y, error)
       if (.not. allocated(error)) return
       result%status = status_output_failed

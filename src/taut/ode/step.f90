@@ -30,6 +30,9 @@ module taut_ode_step
       type(step_control_t) :: control
       !> The method.
       class(stepper_t), allocatable :: stepper
+      !> Whether the step at hand begins where the one before has not ended: at the start, behind a breakpoint, where a state was
+      !! replaced.
+      logical :: anew = .true.
       !> Times between which the right-hand side is evaluated: inside two breakpoints.
       real(wp), private :: t_low = -huge(1.0_wp), t_high = huge(1.0_wp)
       real(wp), private :: first_step = 0.0_wp, min_step = 0.0_wp, max_step = 0.0_wp
@@ -44,7 +47,9 @@ module taut_ode_step
       procedure :: try
       procedure :: accept
       procedure :: interpolate
+      procedure :: forget_inside
       procedure :: integral_at
+      procedure :: tell_integral
       procedure :: serialize
    end type step_t
 
@@ -133,6 +138,7 @@ contains
       call self%set_bounds(stop_time)
       call self%apply_bounds(ode)
       call self%control%renew()
+      self%anew = .true.
       call self%stepper%start(ode, self%t, self%y, info)
       if (info /= rhs_ok) return
       if (self%first_step > 0.0_wp) then
@@ -200,6 +206,7 @@ contains
       call self%stepper%accept()
       info = rhs_ok
       call ode%accepted(self%t, self%y, replaced)
+      self%anew = replaced
       if (replaced) call self%stepper%start(ode, self%t, self%y, info)
    end subroutine accept
 
@@ -224,6 +231,14 @@ contains
       call ode%project(t, self%y_inside, inside_step, stale, info)
    end subroutine interpolate
 
+   !> Forgets the continuous extension of the last try: who asks for it next pays for it.
+   subroutine forget_inside(self)
+      !> The step.
+      class(step_t), intent(inout) :: self
+
+      self%dense = .false.
+   end subroutine forget_inside
+
    !> The integral that goes along, at the start or the end of the try that holds, or, behind `interpolate`, inside it.
    pure real(wp) function integral_at(self, t)
       !> The step.
@@ -239,6 +254,19 @@ contains
          integral_at = self%integral + self%stepper%integral_inside(self%h_tried, (t - self%t)/self%h_tried)
       end if
    end function integral_at
+
+   !> Tells a system the integral that goes along with it, at a time of the try that holds.
+   subroutine tell_integral(self, ode, t)
+      !> The step.
+      class(step_t), intent(in) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+      !> Time, as in `integral_at` [s].
+      real(wp), intent(in) :: t
+
+      ode%integral = self%integral_at(t)
+      ode%integral_error = self%integral_error + self%stepper%gain_error
+   end subroutine tell_integral
 
    !> Passes through an archive what is remembered between two steps.
    subroutine serialize(self, archive)
@@ -256,6 +284,7 @@ contains
       call archive%item('integral', self%integral)
       call archive%item('error of the integral', self%integral_error)
       call archive%item('parts of the integral', self%moved)
+      call archive%item('begins anew', self%anew)
       call self%control%serialize(archive)
       call self%stepper%work%serialize(archive)
       call self%stepper%serialize(archive)

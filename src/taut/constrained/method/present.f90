@@ -63,6 +63,7 @@ contains
 
       n_x = self%model%n_x
       last_v = n_x + self%model%n
+      self%evaluated = .false.
       associate (model => self%model, at => self%at, projector => self%projector, mass => self%mass, &
                  xdot => dydt(:n_x), vdot => dydt(n_x + 1:last_v), wdot => dydt(last_v + 1:))
          if (.not. already_projected(self, t, y)) then
@@ -98,6 +99,7 @@ contains
          if (model%n_w > 0) call model%w_rate(at, wdot)
          if (self%has_integral) call self%find_power(projector%b_prime)
       end associate
+      self%evaluated = .true.
    end subroutine rhs
 
    !> Whether `at` is the state that `project` has left there.
@@ -152,6 +154,7 @@ contains
          return
       end if
       if (.not. (place == evaluated_step_end .and. self%projects_stages)) then
+         self%evaluated = .false.
          call self%unpack(t, y, self%at)
          call self%projector%correct(self%model, self%at, info, linearized=place == evaluated_step_end)
          if (info /= rhs_ok) return
@@ -195,6 +198,7 @@ contains
       if (self%model%c < 2) return
       if (.not. self%is_at(t, y)) then
          self%projected = .false.
+         self%evaluated = .false.
          call self%unpack(t, y, self%at)
          info = rhs_ok
          if (self%projects_stages) call self%projector%position(self%model, self%at, info)

@@ -7,7 +7,7 @@ module taut_constrained_system_tables
    use taut_constrained_system_stiff, only: stiff_system_t
    implicit none (type, external)
    private
-   public :: tabulated_system_t, quantity_t, name_length, coordinate_name, velocity_name
+   public :: tabulated_system_t, magnitude_t, quantity_t, name_length, coordinate_name, velocity_name
 
    !> Length of the names of coordinates, velocities, outputs and events, padded with blanks: results of deferred length would be
    !! kept in static memory, which threads share.
@@ -22,6 +22,14 @@ module taut_constrained_system_tables
       !> Its unit, without commas; `1` if it has none.
       character(:), allocatable :: unit
    end type quantity_t
+
+   !> The size of a vector whose components are among the outputs: a summary tells its largest value.
+   type :: magnitude_t
+      !> Without commas and blanks.
+      character(len=name_length) :: name
+      !> Outputs of its first and its last component.
+      integer :: first = 0, last = 0
+   end type magnitude_t
 
    !> A system with something to say in tables. Everything has a default, so that any system can be one.
    type, abstract, extends(stiff_system_t) :: tabulated_system_t
@@ -42,6 +50,7 @@ module taut_constrained_system_tables
       procedure :: v_name => numbered_v
       procedure :: output_name => numbered_output
       procedure :: outputs => no_outputs
+      procedure :: magnitudes => no_magnitudes
       procedure :: quantities => no_quantities
       procedure :: describe => no_text
       procedure :: note => no_text
@@ -143,6 +152,18 @@ contains
       associate (unused_system => self, unused_state => at, unused_multipliers => lambda)
       end associate
    end subroutine no_outputs
+
+   !> Vectors among the outputs, such as the forces of joints; the default has none.
+   function no_magnitudes(self) result(list)
+      !> The system.
+      class(tabulated_system_t), intent(in) :: self
+      !> In the order of a table.
+      type(magnitude_t), allocatable :: list(:)
+
+      allocate (list(0))
+      associate (unused_system => self)
+      end associate
+   end function no_magnitudes
 
    !> What the system knows about itself, such as numbers that follow from its data; the default is nothing.
    function no_quantities(self) result(list)

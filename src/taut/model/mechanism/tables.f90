@@ -2,6 +2,7 @@
 submodule(taut_model_mechanism) taut_model_mechanism_tables
    use taut_model_mechanism_body, only: body_planar
    use taut_model_mechanism_joint, only: has_angle, has_displacement, joint_displacement
+   use taut_model_mechanism_row, only: row_angle, row_contact, row_dot, row_rolling
    implicit none (type, external)
 
 contains
@@ -98,6 +99,29 @@ contains
          end associate
       end do
    end procedure outputs
+
+   !> Force and moment of each joint that is shown, as far as its rows give either.
+   module procedure magnitudes
+      logical :: forces, moments
+      integer :: i, j, n, row
+
+      allocate (list(0))
+      n = merge(2, 3, self%planar)
+      do i = 1, size(self%shown)
+         associate (joint => self%joints(self%shown(i)), before => self%before_output(i))
+            forces = .false.
+            moments = .false.
+            do j = 1, joint%last - joint%first + 1 + joint%last_rate - joint%first_rate + 1
+               row = joint%first - 1 + j
+               if (row > joint%last) row = joint%first_rate + row - joint%last - 1
+               forces = forces .or. .not. any(self%rows(row)%kind == [row_dot, row_angle])
+               moments = moments .or. any(self%rows(row)%kind == [row_dot, row_angle, row_contact, row_rolling])
+            end do
+            if (forces) list = [list, magnitude_t(joint%name//'.force', before + 1, before + n)]
+            if (moments) list = [list, magnitude_t(joint%name//'.moment', before + n + 1, before + merge(3, 6, self%planar))]
+         end associate
+      end do
+   end procedure magnitudes
 
    !> Numbers of a joint: force and moment in global axes, in its own, then angle and displacement.
    module procedure outputs_of_joint

@@ -1,0 +1,465 @@
+!> Largest and smallest values of columns over a whole motion: at the end of every step, whatever is written, and where a value may
+!! be larger inside a step than at its ends, at up to three places in it.
+!!
+!! Nothing of it counts as work of the method, or has a part in the motion.
+module taut_case_extremes
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use taut_archive, only: archive_t
+   use taut_kinds, only: wp
+   use taut_error, only: error_t, raise, to_text
+   use taut_case_columns, only: column_count, column_name, column_value, of_whole_sample
+   use taut_case_csv, only: csv_field
+   use taut_case_row, only: row_t
+   use taut_case_settings, only: extreme_t
+   use taut_constrained_method, only: constrained_ode_t, sample_t
+   use taut_constrained_system_tables, only: magnitude_t, name_length, tabulated_system_t
+   use taut_ode_step, only: step_t
+   use taut_ode_system, only: rhs_ok
+   use taut_spelling, only: nearest_name
+   implicit none (type, external)
+   private
+   public :: extremes_t, extreme_columns
+
+   !> Evaluations inside a step: one in its middle for all, and then so many for each value that may be an extreme.
+   integer, parameter :: refinements = 2
+   !> Slopes at the ends of a step are known but for this part of those over it and over the one before.
+   real(wp), parameter :: margin = 0.1_wp
+   !> What exceeds the extreme so far by less than this part of it is not looked for.
+   real(wp), parameter :: worth = 1.0e-6_wp
+   !> Reactions that are smaller than this part of the largest multiplier are round-off.
+   real(wp), parameter :: round_off = 1.0e-9_wp
+   !> Places of a step that are closer than this part of it are the same.
+   real(wp), parameter :: near = 1.0e-3_wp
+   !> Largest, and smallest as the largest of the opposite.
+   real(wp), parameter :: signs(2) = [1.0_wp, -1.0_wp]
+
+   !> Values that are followed.
+   type :: extremes_t
+      !> How many.
+      integer :: n = 0
+      type(extreme_t), allocatable, private :: asked(:)
+      !> Columns; the size of a vector among the outputs, from its first to its last, has none: (n), (2, n).
+      integer, allocatable, private :: column(:), vector(:, :)
+      !> Whether the smallest is asked for too: (n).
+      logical, allocatable, private :: both(:)
+      !> Entries of {x; v; w}, and whether a column needs all of a sample.
+      integer, private :: states = 0
+      logical, private :: whole = .false.
+      !> Extremes so far, of the value and of its opposite, and their times [s]: (2, n).
+      real(wp), allocatable, private :: best(:, :), t_best(:, :)
+      !> The last two places and the values there: (2, n); how many there are since the motion last jumped: (n).
+      real(wp), allocatable, private :: t_past(:, :), past(:, :)
+      integer, allocatable, private :: known(:)
+      !> Values at the begin of a step that begins anew, at its end, in its middle, and elsewhere in it: (n).
+      real(wp), allocatable, private :: before(:), behind(:), middle(:), inside(:)
+      type(sample_t), private :: sample
+   contains
+      procedure :: init
+      procedure :: follow
+      procedure :: names
+      procedure :: fields
+      procedure :: serialize
+   end type extremes_t
+
+contains
+
+   !> Finds the columns.
+   subroutine init(self, model, asked, magnitudes, error)
+      !> The extremes.
+      class(extremes_t), intent(out) :: self
+      !> The system.
+      class(tabulated_system_t), intent(in) :: model
+      !> What a case file asks for.
+      type(extreme_t), intent(in) :: asked(:)
+      !> Whether the largest size of each vector that the system tells of is wanted too.
+      logical, intent(in) :: magnitudes
+      !> A column that does not exist.
+      type(error_t), allocatable, intent(inout) :: error
+      type(magnitude_t), allocatable :: vectors(:)
+      integer :: i, j, k, n
+
+      vectors = model%magnitudes()
+      n = size(asked)
+      if (magnitudes) n = n + size(vectors)
+      allocate (self%asked(n), self%column(n), self%vector(2, n), self%both(n))
+      self%column(:) = 0
+      self%vector(:, :) = 0
+      k = 0
+      do i = 1, size(asked)
+         k = k + 1
+         self%asked(k) = asked(i)
+         self%both(k) = .true.
+         do j = 1, size(vectors)
+            if (vectors(j)%name == asked(i)%column) self%vector(:, k) = [vectors(j)%first, vectors(j)%last]
+         end do
+         if (self%vector(1, k) == 0) call find_column(model, vectors, asked(i)%column, self%column(k), error)
+         if (allocated(error)) return
+      end do
+      if (magnitudes) then
+         do i = 1, size(vectors)
+            if (any([(asked(j)%name == vectors(i)%name, j=1, size(asked))])) cycle
+            k = k + 1
+            self%asked(k)%name = trim(vectors(i)%name)
+            self%both(k) = .false.
+            self%vector(:, k) = [vectors(i)%first, vectors(i)%last]
+         end do
+      end if
+      self%n = k
+      self%states = model%n_x + model%n + model%n_w
+      do i = 1, k
+         if (self%column(i) > 0) self%whole = self%whole .or. of_whole_sample(model, self%column(i))
+      end do
+      allocate (self%best(2, k), source=-huge(1.0_wp))
+      allocate (self%t_best(2, k), self%t_past(2, k), self%past(2, k), self%before(k), self%behind(k), self%middle(k), &
+                self%inside(k), source=0.0_wp)
+      allocate (self%known(k), source=0)
+   end subroutine init
+
+   !> The column of a name.
+   subroutine find_column(model, vectors, name, column, error)
+      class(tabulated_system_t), intent(in) :: model
+      type(magnitude_t), intent(in) :: vectors(:)
+      character(*), intent(in) :: name
+      integer, intent(out) :: column
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=name_length), allocatable :: names(:)
+      character(:), allocatable :: meant
+      integer :: i, n
+
+      n = column_count(model)
+      do column = 2, n
+         if (column_name(model, column) == name) return
+      end do
+      allocate (names(n - 1 + size(vectors)))
+      do i = 2, n
+         names(i - 1) = column_name(model, i)
+      end do
+      do i = 1, size(vectors)
+         names(n - 1 + i) = vectors(i)%name
+      end do
+      meant = trim(nearest_name(name, names))
+      if (len(meant) > 0) meant = 'did you mean "'//meant//'"? Or '
+      call raise(error, '&extreme', 'there is no column "'//name//'"', &
+                 meant//'take a name from the first line of a result with all columns')
+   end subroutine find_column
+
+   !> Looks at a step that holds.
+   subroutine follow(self, ode, step, t_last, error)
+      !> The extremes.
+      class(extremes_t), intent(inout) :: self
+      !> The formulation that is integrated.
+      class(constrained_ode_t), intent(inout) :: ode
+      !> The step.
+      class(step_t), intent(inout) :: step
+      !> Its end, or where an event ends it [s].
+      real(wp), intent(in) :: t_last
+      !> A state that cannot be evaluated.
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: begin, end, t_middle
+      integer :: i, k
+      logical :: there
+
+      call evaluate(self, ode, step, t_last, self%behind, error)
+      if (step%anew .and. .not. allocated(error)) then
+         call evaluate(self, ode, step, step%t, self%before, error)
+         self%known(:) = 0
+      end if
+      t_middle = huge(1.0_wp)
+      do i = 1, self%n
+         if (allocated(error)) return
+         call find_overlap(step, t_last, self%asked(i), begin, end, there)
+         if (.not. there) then
+            self%known(i) = 0
+            cycle
+         end if
+         if (self%known(i) == 0) then
+            if (step%anew .and. .not. abs(begin - step%t) > 0.0_wp) then
+               call keep(self, i, begin, self%before(i))
+            else
+               call evaluate(self, ode, step, begin, self%inside, error)
+               call keep(self, i, begin, self%inside(i))
+            end if
+         end if
+         if (allocated(error) .or. .not. abs(end - begin) > 0.0_wp) cycle
+         if (abs(end - t_last) > 0.0_wp) then
+            call evaluate(self, ode, step, end, self%inside, error)
+            self%behind(i) = self%inside(i)
+         end if
+         do k = 1, merge(2, 1, self%both(i))
+            if (allocated(error)) return
+            if (may_be_inside(self, i, k, end)) call refine(self, ode, step, i, k, end, t_middle, error)
+         end do
+         call keep(self, i, end, self%behind(i))
+      end do
+   end subroutine follow
+
+   !> What of a step lies in the time that is asked for.
+   pure subroutine find_overlap(step, t_last, asked, begin, end, there)
+      class(step_t), intent(in) :: step
+      real(wp), intent(in) :: t_last
+      type(extreme_t), intent(in) :: asked
+      !> Its first and its last time in the direction of the step [s].
+      real(wp), intent(out) :: begin, end
+      !> Whether there is anything.
+      logical, intent(out) :: there
+
+      begin = min(max(step%t, asked%from), asked%to)
+      end = min(max(t_last, asked%from), asked%to)
+      there = abs(end - begin) > 0.0_wp .or. (begin >= min(step%t, t_last) .and. begin <= max(step%t, t_last))
+   end subroutine find_overlap
+
+   !> Values at a time of the step.
+   subroutine evaluate(self, ode, step, t, values, error)
+      type(extremes_t), intent(inout) :: self
+      class(constrained_ode_t), intent(inout) :: ode
+      class(step_t), intent(inout) :: step
+      real(wp), intent(in) :: t
+      real(wp), intent(inout) :: values(:)
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: info
+
+      if (.not. abs(t - step%t_new) > 0.0_wp) then
+         call at_state(step%y_new)
+      else if (.not. abs(t - step%t) > 0.0_wp) then
+         call at_state(step%y)
+      else
+         call step%interpolate(ode, t, info)
+         if (info == rhs_ok) then
+            call at_state(step%y_inside)
+         else
+            call refuse()
+         end if
+      end if
+
+   contains
+
+      subroutine at_state(y)
+         real(wp), intent(in), contiguous :: y(:)
+         integer :: i
+
+         if (self%whole) then
+            call step%tell_integral(ode, t)
+            call ode%sample(t, y, self%sample, info)
+         else
+            call ode%sample_reactions(t, y, self%sample, info)
+         end if
+         if (info /= rhs_ok) then
+            call refuse()
+            return
+         end if
+         do i = 1, self%n
+            if (self%column(i) > 0) then
+               values(i) = column_value(self%column(i), self%states, t, step%h_tried, y, self%sample)
+            else
+               values(i) = norm2(self%sample%outputs(self%vector(1, i):self%vector(2, i)))
+            end if
+         end do
+      end subroutine at_state
+
+      subroutine refuse()
+         character(:), allocatable :: why
+
+         call ode%failure(why)
+         call raise(error, 'extremes', 'the multipliers at t = '//to_text(t)//' s cannot be computed: '//why, &
+                    'tighten the tolerances')
+      end subroutine refuse
+
+   end subroutine evaluate
+
+   !> Takes a value for what is followed, and for an extreme if it is one.
+   pure subroutine keep(self, i, t, value)
+      type(extremes_t), intent(inout) :: self
+      integer, intent(in) :: i
+      real(wp), intent(in) :: t, value
+
+      if (.not. ieee_is_finite(value)) then
+         self%known(i) = 0
+         return
+      end if
+      self%t_past(:, i) = [self%t_past(2, i), t]
+      self%past(:, i) = [self%past(2, i), value]
+      self%known(i) = min(2, self%known(i) + 1)
+      call try(self, i, t, value)
+   end subroutine keep
+
+   !> Takes a value for an extreme if it is one.
+   pure subroutine try(self, i, t, value)
+      type(extremes_t), intent(inout) :: self
+      integer, intent(in) :: i
+      real(wp), intent(in) :: t, value
+      integer :: k
+
+      do k = 1, 2
+         if (.not. signs(k)*value > self%best(k, i)) cycle
+         self%best(k, i) = signs(k)*value
+         self%t_best(k, i) = t
+      end do
+   end subroutine try
+
+   !> Whether a value may be more of an extreme inside the step than at its ends: by the tangents at both ends of the parabola
+   !! through them and the place before, made steeper by what neighboring slopes differ.
+   pure logical function may_be_inside(self, i, k, end) result(answer)
+      type(extremes_t), intent(in) :: self
+      integer, intent(in) :: i, k
+      real(wp), intent(in) :: end
+      real(wp) :: before, bend, first, h, last, slope, top, va, vb
+
+      va = signs(k)*self%past(2, i)
+      vb = signs(k)*self%behind(i)
+      h = end - self%t_past(2, i)
+      answer = .false.
+      if (self%known(i) == 0 .or. .not. ieee_is_finite(self%behind(i))) return
+      answer = self%known(i) == 1
+      if (answer) return
+      ! Rises over a step: before it, and over it.
+      slope = vb - va
+      before = (va - signs(k)*self%past(1, i))*h/(self%t_past(2, i) - self%t_past(1, i))
+      bend = (slope - before)*h/(end - self%t_past(1, i))
+      first = slope - bend + margin*(abs(slope) + abs(before))
+      last = slope + bend - margin*(abs(slope) + abs(before))
+      if (first <= 0.0_wp .or. last >= 0.0_wp) return
+      ! Where both tangents meet.
+      top = va + first*min(1.0_wp, (slope - last)/(first - last))
+      answer = top > worthwhile(self, i, k)
+   end function may_be_inside
+
+   !> What is more of an extreme than what there is, by more than round-off.
+   pure real(wp) function worthwhile(self, i, k) result(value)
+      type(extremes_t), intent(in) :: self
+      integer, intent(in) :: i, k
+      integer :: j
+
+      value = self%best(k, i) + worth*abs(self%best(k, i))
+      if (self%column(i) > 0) return
+      do j = 1, size(self%sample%lambda)
+         value = max(value, self%best(k, i) + round_off*abs(self%sample%lambda(j)))
+      end do
+   end function worthwhile
+
+   !> Looks for an extreme inside a step: in its middle, and then where parabolas have their vertex.
+   subroutine refine(self, ode, step, i, k, end, t_middle, error)
+      type(extremes_t), intent(inout) :: self
+      class(constrained_ode_t), intent(inout) :: ode
+      class(step_t), intent(inout) :: step
+      !> Which value, and which of its signs.
+      integer, intent(in) :: i, k
+      !> Where the step ends, or the time that is asked for [s].
+      real(wp), intent(in) :: end
+      !> Where `middle` was evaluated in this step, if it was [s].
+      real(wp), intent(inout) :: t_middle
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: bend, h, left, right, t, vertex, v(3), x(3)
+      integer :: j
+
+      h = end - self%t_past(2, i)
+      t = self%t_past(2, i) + 0.5_wp*h
+      if (abs(t - t_middle) > 0.0_wp) then
+         call evaluate(self, ode, step, t, self%middle, error)
+         if (allocated(error)) return
+         t_middle = t
+      end if
+      x = [0.0_wp, 0.5_wp, 1.0_wp]
+      v = signs(k)*[self%past(2, i), self%middle(i), self%behind(i)]
+      do j = 1, refinements
+         if (.not. all(ieee_is_finite(v))) return
+         if (j == 1) call try(self, i, t, self%middle(i))
+         left = (v(2) - v(1))/(x(2) - x(1))
+         right = (v(3) - v(2))/(x(3) - x(2))
+         bend = (right - left)/(x(3) - x(1))
+         if (bend >= 0.0_wp) return
+         vertex = 0.5_wp*(x(1) + x(2) - left/bend)
+         if (vertex <= 0.0_wp .or. vertex >= 1.0_wp .or. any(abs(vertex - x) < near)) return
+         if (v(1) + (vertex - x(1))*(left + (vertex - x(2))*bend) < worthwhile(self, i, k)) return
+         t = self%t_past(2, i) + vertex*h
+         call evaluate(self, ode, step, t, self%inside, error)
+         if (allocated(error) .or. .not. ieee_is_finite(self%inside(i))) return
+         call try(self, i, t, self%inside(i))
+         call take_in(vertex, signs(k)*self%inside(i), x, v)
+      end do
+   end subroutine refine
+
+   !> Takes a place in among three, and leaves the highest of the four with its neighbors.
+   pure subroutine take_in(place, value, x, v)
+      real(wp), intent(in) :: place, value
+      real(wp), intent(inout) :: x(3), v(3)
+      real(wp) :: all_v(4), all_x(4)
+      integer :: first, n
+
+      n = count(x < place)
+      all_x = [x(:n), place, x(n + 1:)]
+      all_v = [v(:n), value, v(n + 1:)]
+      first = max(1, min(2, maxloc(all_v, 1) - 1))
+      x = all_x(first:first + 2)
+      v = all_v(first:first + 2)
+   end subroutine take_in
+
+   !> Names of the columns of a summary that tell of extremes, a comma before each.
+   function extreme_columns(name, both) result(text)
+      !> What is followed.
+      character(*), intent(in) :: name
+      !> Whether the smallest is told too.
+      logical, intent(in) :: both
+      !> Two columns of each.
+      character(:), allocatable :: text
+
+      text = ''
+      if (both) text = ','//csv_field(name//'_min')//','//csv_field(name//'_min_t')
+      text = text//','//csv_field(name//'_max')//','//csv_field(name//'_max_t')
+   end function extreme_columns
+
+   !> Names of all of them.
+   function names(self) result(text)
+      !> The extremes.
+      class(extremes_t), intent(in) :: self
+      !> A comma before each.
+      character(:), allocatable :: text
+      integer :: i
+
+      text = ''
+      do i = 1, self%n
+         text = text//extreme_columns(self%asked(i)%name, self%both(i))
+      end do
+   end function names
+
+   !> Appends them to a row; what was never met stays empty.
+   subroutine fields(self, row)
+      !> The extremes.
+      class(extremes_t), intent(in) :: self
+      !> The row.
+      type(row_t), intent(inout) :: row
+      integer :: i, k
+
+      do i = 1, self%n
+         do k = merge(2, 1, self%both(i)), 1, -1
+            if (self%best(k, i) > -huge(1.0_wp)) then
+               call row%add(signs(k)*self%best(k, i))
+               call row%add(self%t_best(k, i))
+            else
+               call row%add('')
+               call row%add('')
+            end if
+         end do
+      end do
+   end subroutine fields
+
+   !> Passes them through an archive.
+   subroutine serialize(self, archive)
+      !> The extremes; initialized with the same arguments if they are restored.
+      class(extremes_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      if (self%n == 0) return
+      call archive%list('extremes', self%best)
+      call archive%list('times of extremes', self%t_best)
+      call archive%list('times followed', self%t_past)
+      call archive%list('values followed', self%past)
+      call archive%list('places followed', self%known)
+      if (allocated(archive%error) .or. .not. archive%reading) return
+      if (any([size(self%best), size(self%t_best), size(self%t_past), size(self%past)] /= 2*self%n) .or. &
+          any([size(self%best, 1), size(self%t_best, 1), size(self%t_past, 1), size(self%past, 1)] /= 2) .or. &
+          size(self%known) /= self%n) &
+         call raise(archive%error, 'archive', 'it is of other extremes', 'use the program that wrote it')
+   end subroutine serialize
+
+end module taut_case_extremes

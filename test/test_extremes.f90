@@ -1,0 +1,280 @@
+!> Tests of extremes: largest and smallest values over a motion, whatever is written of it.
+module test_extremes
+   use taut_archive, only: archive_t
+   use taut_case_extremes, only: extremes_t
+   use taut_case_mechanism, only: read_mechanism
+   use taut_case_namelist_file, only: namelist_file_t
+   use taut_case_recorder, only: recorder_t
+   use taut_case_row, only: row_t
+   use taut_case_settings, only: settings_t
+   use taut_constrained_simulate, only: simulation_t
+   use taut_constrained_system, only: state_t
+   use taut_error, only: error_t
+   use taut_kinds, only: wp
+   use taut_model_mechanism, only: mechanism_t
+   use taut_model_mechanism_report, only: mechanism_report_t
+   use taut_ode_pause, only: pause_t
+   use taut_ode_status, only: status_interrupted, status_reached_end
+   use test_case, only: check_error, lf, load
+   use testing, only: check, check_close, new_test, no_error, test_t
+   implicit none (type, external)
+   private
+   public :: collect_extremes
+
+   !> Pauses once, before a step.
+   type, extends(pause_t) :: once_t
+      integer :: steps = 0, at = huge(1)
+   contains
+      procedure :: wanted
+   end type once_t
+
+   !> A uniform rod of 1 m and 1 kg that falls from the horizontal; a mass that swings on a spring, x = 0.3 cos(10 t) + 0.4 sin(10 t).
+   character(*), parameter :: pendulum = '&mechanism planar=.true. /'//lf//'&gravity /'//lf// &
+                              '&body name="rod" shape="rod" mass=1 from=0,0 to=1,0 /'//lf// &
+                              '&joint name="hinge" type="revolute" body_2="rod" point=0,0 /'//lf, &
+                              oscillator = '&mechanism planar=.true. /'//lf// &
+                              '&body name="m" mass=2 inertia=1 position=0.3,0 velocity=4,0 /'//lf// &
+                              '&joint name="rail" type="prismatic" body_2="m" point=0,0 axis=1,0,0 /'//lf// &
+                              '&spring name="s" body_2="m" point_1=-1,0 point_2=0.3,0 stiffness=200 free_length=1 /'//lf
+
+contains
+
+   !> All tests of this module.
+   function collect_extremes() result(tests)
+      type(test_t), allocatable :: tests(:)
+
+      tests = [new_test('the pull at the bottom of a swing', at_the_bottom), &
+               new_test('between the ends of long steps', inside_steps), &
+               new_test('in a window', in_window), &
+               new_test('behind a jump of a load', behind_jump), &
+               new_test('at both ends of the motion', at_the_ends), &
+               new_test('the work is that of the method', work_is_the_same), &
+               new_test('a pause makes no difference', paused), &
+               new_test('extremes that cannot be', faulty)]
+   end function collect_extremes
+
+   !> Whether to pause.
+   logical function wanted(self)
+      class(once_t), intent(inout) :: self
+
+      self%steps = self%steps + 1
+      wanted = self%steps == self%at
+   end function wanted
+
+   !> Runs a case, and if wished pauses in it and goes on from an archive.
+   subroutine run_case(text, failure, recorder, simulation, pause_at)
+      character(*), intent(in) :: text
+      character(:), allocatable, intent(inout) :: failure
+      type(recorder_t), intent(out) :: recorder
+      type(simulation_t), intent(out) :: simulation
+      integer, intent(in), optional :: pause_at
+      type(namelist_file_t) :: file
+      type(mechanism_t) :: model
+      type(mechanism_report_t) :: report
+      type(settings_t) :: settings
+      type(state_t) :: start
+      type(error_t), allocatable :: error
+      type(archive_t) :: archive
+      type(once_t) :: pause
+      type(extremes_t) :: kept
+
+      call load(text, file, error)
+      if (.not. allocated(error)) call read_mechanism(file, model, start, settings, report, error)
+      if (.not. allocated(error)) call recorder%prepare(model, settings, error)
+      if (.not. allocated(error)) call simulation%init(model, error, settings%methods(1)%method, settings%options)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      if (present(pause_at)) pause%at = pause_at
+      call simulation%run(start, settings%t_end, error, recorder, pause=pause)
+      if (simulation%result%status == status_interrupted) then
+         call archive%clear()
+         call simulation%serialize(archive)
+         call recorder%extremes%serialize(archive)
+         call kept%init(model, settings%extremes, .true., error)
+         recorder%extremes = kept
+         simulation = simulation_t()
+         call simulation%init(model, error, settings%methods(1)%method, settings%options)
+         call archive%rewind()
+         call simulation%serialize(archive)
+         call recorder%extremes%serialize(archive)
+         if (allocated(archive%error)) call move_alloc(archive%error, error)
+         call no_error(failure, error)
+         if (.not. allocated(failure)) call simulation%resume(recorder)
+      end if
+      call no_error(failure, error)
+      call check(failure, simulation%result%status == status_reached_end, 'the run has ended early')
+   end subroutine run_case
+
+   !> A column of the summary.
+   real(wp) function extreme(recorder, name) result(value)
+      type(recorder_t), intent(in) :: recorder
+      character(*), intent(in) :: name
+      type(row_t) :: row
+      character(:), allocatable :: names
+      integer :: first, i, length
+
+      value = -huge(1.0_wp)
+      call row%create()
+      call recorder%extremes%fields(row)
+      names = recorder%extremes%names()//','
+      first = 0
+      i = 1
+      do while (i < len(names))
+         first = first + 1
+         length = index(row%letters(first:row%used)//',', ',') - 1
+         if (names(i + 1:i + index(names(i + 1:), ',') - 1) == name) then
+            if (length > 0) read (row%letters(first:first + length - 1), *) value
+            return
+         end if
+         i = i + index(names(i + 1:), ',')
+         first = first + length
+      end do
+   end function extreme
+
+   !> (5/2) m g, at the bottom, whatever is written; and the time at which the rod gets there.
+   subroutine at_the_bottom(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(recorder_t) :: recorder
+      type(simulation_t) :: simulation
+
+      call run_case(pendulum//'&integration t_end=2 rtol=1e-9 atol=1e-9 /'//lf//'&output dt=0.7 /', failure, recorder, simulation)
+      if (allocated(failure)) return
+      call check_close(failure, extreme(recorder, 'hinge.force_max'), 24.525_wp, 1.0e-6_wp, 'force of the hinge')
+      call check(failure, index(recorder%extremes%names(), 'moment') == 0, 'a hinge in the plane has no moment')
+   end subroutine at_the_bottom
+
+   !> Amplitude 0.5 of an oscillation of which a step is a good part.
+   subroutine inside_steps(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(recorder_t) :: recorder
+      type(simulation_t) :: simulation
+
+      call run_case(oscillator//'&integration t_end=0.5 rtol=1e-7 atol=1e-8 integrator="dop853" /'//lf//'&output dt=2 /'//lf// &
+                    '&extreme column="m.x" / &extreme column="energy" name="E" /', failure, recorder, simulation)
+      if (allocated(failure)) return
+      call check(failure, simulation%result%steps < 12, 'the steps are long')
+      call check_close(failure, extreme(recorder, 'm.x_max'), 0.5_wp, 1.0e-5_wp, 'largest')
+      call check_close(failure, extreme(recorder, 'm.x_min'), -0.5_wp, 1.0e-5_wp, 'smallest')
+      call check_close(failure, sin(10.0_wp*extreme(recorder, 'm.x_max_t')), 0.8_wp, 5.0e-3_wp, 'time of the largest')
+      call check_close(failure, extreme(recorder, 'E_max'), 25.0_wp, 1.0e-5_wp, 'energy')
+   end subroutine inside_steps
+
+   !> Between two times the motion is monotone: extremes are at the ends.
+   subroutine in_window(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(recorder_t) :: recorder
+      type(simulation_t) :: simulation
+
+      call run_case(oscillator//'&integration t_end=1 rtol=1e-9 atol=1e-10 /'//lf// &
+                    '&extreme column="m.x" from=0.15 to=0.35 / &extreme column="m.x" name="late" from=2 /', &
+                    failure, recorder, simulation)
+      if (allocated(failure)) return
+      call check_close(failure, extreme(recorder, 'm.x_max'), 0.3_wp*cos(1.5_wp) + 0.4_wp*sin(1.5_wp), 1.0e-7_wp, 'where it begins')
+      call check_close(failure, extreme(recorder, 'm.x_min'), 0.3_wp*cos(3.5_wp) + 0.4_wp*sin(3.5_wp), 1.0e-7_wp, 'where it ends')
+      call check_close(failure, extreme(recorder, 'm.x_max_t'), 0.15_wp, 1.0e-15_wp, 'time of the begin')
+      call check_close(failure, extreme(recorder, 'm.x_min_t'), 0.35_wp, 1.0e-15_wp, 'time of the end')
+      call check(failure, extreme(recorder, 'late_max') < -1.0_wp, 'what the run does not reach stays empty')
+   end subroutine in_window
+
+   !> A load jumps up and fades away: its largest value is that behind the jump.
+   subroutine behind_jump(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(recorder_t) :: recorder
+      type(simulation_t) :: simulation
+
+      call run_case('&mechanism planar=.true. /'//lf//'&body name="m" mass=2 inertia=1 position=0,0 /'//lf// &
+                    '&joint name="rail" type="prismatic" body_2="m" point=0,0 axis=1,0,0 /'//lf// &
+                    '&function name="up" kind="step" start=0.5 /'//lf// &
+                    '&function name="down" kind="ramp" start=0.5 finish=0.75 rate=-4 /'//lf// &
+                    '&force body="m" value=0,30 function="up" / &force body="m" value=0,30 function="down" /'//lf// &
+                    '&integration t_end=1 max_step=0.1 / &output dt=1 /', failure, recorder, simulation)
+      if (allocated(failure)) return
+      call check_close(failure, extreme(recorder, 'rail.force_max'), 30.0_wp, 1.0e-6_wp, 'force of the rail')
+      call check_close(failure, extreme(recorder, 'rail.force_max_t'), 0.5_wp, 1.0e-6_wp, 'its time')
+   end subroutine behind_jump
+
+   !> A rod that falls gets ever faster: start and end count.
+   subroutine at_the_ends(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(recorder_t) :: recorder
+      type(simulation_t) :: simulation
+
+      call run_case(pendulum//'&integration t_end=0.3 rtol=1e-9 atol=1e-9 / &output dt=1 / &extreme column="rod.wz" /', &
+                    failure, recorder, simulation)
+      if (allocated(failure)) return
+      call check_close(failure, extreme(recorder, 'rod.wz_min_t'), 0.3_wp, 1.0e-15_wp, 'the end is where it is fastest')
+      call check_close(failure, extreme(recorder, 'rod.wz_max'), 0.0_wp, 1.0e-12_wp, 'it starts at rest')
+   end subroutine at_the_ends
+
+   !> Evaluations and steps are those of a run that nobody looks at.
+   subroutine work_is_the_same(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(*), parameter :: integration = '&integration t_end=3 rtol=1e-7 atol=1e-8 integrator="dop853" /'//lf
+      type(recorder_t) :: recorder
+      type(simulation_t) :: one, other
+
+      call run_case(oscillator//integration//'&output dt=0.5 joints="none" /', failure, recorder, one)
+      call run_case(oscillator//integration//'&output dt=0.5 / &extreme column="m.x" /', failure, recorder, other)
+      if (allocated(failure)) return
+      call check(failure, one%result%rhs_evaluations == other%result%rhs_evaluations, 'evaluations are others')
+      call check(failure, one%result%steps == other%result%steps, 'steps are others')
+      call check_close(failure, one%at%x(1), other%at%x(1), 0.0_wp, 'the end')
+   end subroutine work_is_the_same
+
+   !> Extremes belong to what a checkpoint holds.
+   subroutine paused(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(*), parameter :: text = oscillator//'&integration t_end=3 rtol=1e-7 atol=1e-8 /'//lf// &
+                                 '&output dt=2 / &extreme column="m.x" / &extreme column="energy" /'
+      type(recorder_t) :: one, other
+      type(simulation_t) :: simulation
+      type(row_t) :: row_of_one, row_of_other
+      integer :: i
+
+      call run_case(text, failure, one, simulation)
+      do i = 1, 30, 4
+         call run_case(text, failure, other, simulation, pause_at=i)
+         if (allocated(failure)) return
+         call row_of_one%create()
+         call row_of_other%create()
+         call one%extremes%fields(row_of_one)
+         call other%extremes%fields(row_of_other)
+         call check(failure, row_of_one%letters(:row_of_one%used) == row_of_other%letters(:row_of_other%used), &
+                    'a pause has changed the extremes')
+      end do
+   end subroutine paused
+
+   !> Names, times and columns.
+   subroutine faulty(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(namelist_file_t) :: file
+      type(mechanism_t) :: model
+      type(mechanism_report_t) :: report
+      type(settings_t) :: settings
+      type(state_t) :: start
+      type(recorder_t) :: recorder
+      type(error_t), allocatable :: error
+
+      call read_text('&extreme /', 'column')
+      call read_text('&extreme column="hinge.fx" / &extreme column="hinge.fx" /', 'two extremes are called "hinge.fx"')
+      call read_text('&extreme column="hinge.fx" from=2 to=1 /', 'from = 2')
+      call load(pendulum//'&extreme column="hinge.farce" /', file, error)
+      call read_mechanism(file, model, start, settings, report, error)
+      call no_error(failure, error)
+      call recorder%prepare(model, settings, error)
+      call check_error(failure, error, 'hinge.force', 'a misspelt column')
+
+   contains
+
+      subroutine read_text(text, part)
+         character(*), intent(in) :: text, part
+
+         call load(pendulum//text, file, error)
+         call read_mechanism(file, model, start, settings, report, error)
+         call check_error(failure, error, part, text)
+         if (allocated(error)) deallocate (error)
+      end subroutine read_text
+
+   end subroutine faulty
+
+end module test_extremes
