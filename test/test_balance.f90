@@ -43,8 +43,8 @@ module test_balance
 
    !> Notes by how much energy and work differ at the points that it sees.
    type, extends(observer_t) :: watcher_t
-      type(energy_balance_t) :: balance
-      type(sample_t) :: sample
+      type(energy_balance_t) :: balance = energy_balance_t()
+      type(sample_t) :: sample = sample_t()
       real(wp) :: worst = 0.0_wp
    contains
       procedure :: observe

@@ -23,7 +23,7 @@ module test_completion
 
    !> Keeps the multipliers of the last point.
    type, extends(observer_t) :: keeper_t
-      type(sample_t) :: sample
+      type(sample_t) :: sample = sample_t()
    contains
       procedure :: observe
    end type keeper_t

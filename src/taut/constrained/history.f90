@@ -39,8 +39,8 @@ module taut_constrained_history
       real(wp), allocatable :: outputs(:, :)
       !> The formulation, for names and for the projection of what lies between points.
       class(constrained_ode_t), allocatable, private :: ode
-      type(sample_t), private :: seen
-      type(state_t), private :: at
+      type(sample_t), private :: seen = sample_t()
+      type(state_t), private :: at = state_t()
       !> Steps: where each begins and ends [s], and its values: (2, steps), (size of y, places, steps).
       integer, private :: steps = 0
       real(wp), allocatable, private :: ends(:, :), values(:, :, :)

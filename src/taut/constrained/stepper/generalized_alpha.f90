@@ -60,7 +60,7 @@ module taut_constrained_stepper_generalized_alpha
 contains
 
    !> The method for a spectral radius.
-   pure subroutine new_generalized_alpha(self, spectral_radius, stabilized)
+   subroutine new_generalized_alpha(self, spectral_radius, stabilized)
       !> The stepper.
       type(generalized_alpha_t), intent(out) :: self
       !> What is left per step of an oscillation whose period is short against the step: 0 (nothing) to 1 (all).
