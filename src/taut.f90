@@ -19,7 +19,7 @@ module taut
    use taut_jet, only: jet_t, jet, operator(+), operator(-), operator(*), operator(/), operator(**), assignment(=), &
                        operator(==), operator(/=), operator(<), operator(<=), operator(>), operator(>=), &
                        abs, acos, asin, atan, atan2, cos, cosh, exp, hypot, log, max, min, sign, sin, sinh, sqrt, tan, tanh, &
-                       cross, distance, dot_product, matmul, norm2, sum, &
+                       distance, dot_product, matmul, norm2, sum, &
                        quaternion_conjugate, quaternion_product, quaternion_rate, rotate, rotate_back
    use taut_error, only: error_t, raise
    use taut_version, only: version
@@ -58,7 +58,6 @@ module taut
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
    use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
    use taut_constrained_verify, only: verify, finding_t
-   use taut_model_chain, only: chain_t, new_chain
    use taut_model_beam, only: beam_t, new_beam, straight_nodes
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
    use taut_model_mechanism, only: mechanism_t
@@ -67,26 +66,23 @@ module taut
    use taut_model_mechanism_builder, only: mechanism_builder_t
    use taut_model_mechanism_function, only: time_function_t
    use taut_model_mechanism_report, only: mechanism_report_t
-   use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
-   use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_model_modal_body, only: modal_body_t, new_modal_body
    use taut_model_posed_system, only: posed_system_t
    use taut_model_rigid_bodies, only: new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
-   use taut_rotation, only: cross, exp_rotation, log_rotation, matrix_of_quaternion, quaternion_body_rate, quaternion_conjugate, &
+   use taut_rotation, only: exp_rotation, log_rotation, matrix_of_quaternion, quaternion_body_rate, quaternion_conjugate, &
                             quaternion_normalized, quaternion_of_axes, quaternion_of_matrix, quaternion_of_vector, &
                             quaternion_product, quaternion_rate, right_tangent, right_tangent_inverse, rotate, rotate_back, skew, &
                             vector_of_quaternion
    implicit none (type, external)
    private
    public :: beam_t, new_beam, straight_nodes, beam_section_t, new_section, rectangular_section
-   public :: chain_t, new_chain, n_four_bar_t, new_n_four_bar, new_pendulum, pendulum_t
    public :: mechanism_t, mechanism_builder_t, mechanism_report_t, read_mechanism, assemble_mechanism, pose_t, time_function_t
    public :: model_events_t
    public :: posed_system_t, modal_body_t, new_modal_body, new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
    public :: jet_t, jet, operator(+), operator(-), operator(*), operator(/), operator(**), assignment(=)
    public :: operator(==), operator(/=), operator(<), operator(<=), operator(>), operator(>=)
    public :: abs, acos, asin, atan, atan2, cos, cosh, exp, hypot, log, max, min, sign, sin, sinh, sqrt, tan, tanh
-   public :: cross, distance, dot_product, matmul, norm2, sum
+   public :: distance, dot_product, matmul, norm2, sum
    public :: skew, exp_rotation, log_rotation, right_tangent, right_tangent_inverse, rotate, rotate_back
    public :: quaternion_product, quaternion_conjugate, quaternion_rate, quaternion_body_rate, quaternion_normalized
    public :: quaternion_of_vector, vector_of_quaternion, matrix_of_quaternion, quaternion_of_matrix, quaternion_of_axes

@@ -1,11 +1,17 @@
 !> Counts heap allocations of the whole program: takes the place of the C library's `malloc` and its kin, and passes on to
 !! those of the GNU C library.
+!!
+!! GNU Fortran keeps what expressions need meanwhile on the stack. Others do not (flang: results of functions that are arrays, what is
+!! formed between brackets): their counts say nothing of the code.
 module allocation_counter
    use, intrinsic :: iso_c_binding, only: c_ptr, c_size_t
-   use, intrinsic :: iso_fortran_env, only: int64
+   use, intrinsic :: iso_fortran_env, only: compiler_version, int64
    implicit none (type, external)
    private
-   public :: allocations
+   public :: allocations, counts_matter
+
+   !> Whether allocations are those that the code asks for.
+   logical, parameter :: counts_matter = index(compiler_version(), 'GCC') > 0
 
    !> Allocations since the program's start.
    integer(int64), protected :: allocations = 0

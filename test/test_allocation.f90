@@ -1,7 +1,7 @@
 !> Nothing is allocated inside a step: several times the steps, the same number of heap allocations.
 module test_allocation
    use, intrinsic :: iso_fortran_env, only: int64
-   use allocation_counter, only: allocations
+   use allocation_counter, only: allocations, counts_matter
    use automatic_systems, only: borrowed_t, without_derivatives
    use beams, only: hung_beam
    use squeezer, only: new_squeezer, squeezer_start
@@ -104,7 +104,7 @@ contains
       call count_run(model, x, v, method, 0.1_wp, few, steps_few, failure, integrator_name)
       call count_run(model, x, v, method, 1.0_wp, many, steps_many, failure, integrator_name)
       call check(failure, steps_many > 2*steps_few, name//': more steps')
-      call check(failure, many == few, name//': more allocations for more steps')
+      call check(failure, many == few .or. .not. counts_matter, name//': more allocations for more steps')
    end subroutine compare_runs
 
    subroutine methods_do_not_allocate(failure)
@@ -178,7 +178,8 @@ contains
 
          call count_run(model, at%x, at%v, method, 0.002_wp, few, steps_few, failure)
          call count_run(model, at%x, at%v, method, 0.02_wp, many, steps_many, failure)
-         call check(failure, steps_many > 3*steps_few .and. many == few, 'squeezer: more allocations for more steps')
+         call check(failure, steps_many > 3*steps_few .and. (many == few .or. .not. counts_matter), &
+                    'squeezer: more allocations for more steps')
       end subroutine count_short
 
    end subroutine automatic_systems_do_not_allocate
@@ -306,7 +307,7 @@ contains
       call model%normalize(at%x)
       before(10) = allocations
       do i = 1, size(parts)
-         call check(failure, before(i + 1) == before(i), name//' allocates in '//trim(parts(i)))
+         call check(failure, before(i + 1) == before(i) .or. .not. counts_matter, name//' allocates in '//trim(parts(i)))
       end do
    end subroutine count_calls
 

@@ -317,6 +317,7 @@ contains
       type(state_t) :: at
       type(error_t), allocatable :: error
       integer, allocatable :: column(:), expected_column(:), expected_first(:), first(:)
+      real(wp), allocatable :: entries(:), entries_at_once(:), value(:), value_at_once(:)
 
       call new_chain(chain, 2000, 1.0_wp, 1.0_wp, 9.81_wp, error)
       call no_error(failure, error)
@@ -329,6 +330,15 @@ contains
       if (.not. allocated(first)) return
       call check(failure, all(first == expected_first) .and. size(column) == size(expected_column), 'rows')
       if (size(column) == size(expected_column)) call check(failure, all(column == expected_column), 'columns')
+      ! Four columns stand for all: phi and A come out of one evaluation, as out of two.
+      call check(failure, model%linearizes, 'phi and A at once')
+      allocate (entries(size(column)), entries_at_once(size(column)), value(model%c), value_at_once(model%c), source=7.0_wp)
+      at = shaken(at)
+      call model%constraint(at, value)
+      call model%jacobian_entries(at, entries)
+      call model%linearization(at, value_at_once, entries_at_once)
+      call check(failure, .not. any(abs(value - value_at_once) > 0.0_wp), 'phi')
+      call check(failure, .not. any(abs(entries - entries_at_once) > 0.0_wp), 'entries')
    end subroutine long_chain
 
    subroutine faults(failure)

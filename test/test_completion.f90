@@ -1,7 +1,7 @@
 !> Mass matrices that are singular, but definite along the constraints.
 module test_completion
    use taut, only: block_diagonal_t, consistent_start, constrained_ode_t, error_t, finding_t, integration_options_t, &
-                   integration_result_t, mechanical_system_t, method_t, observer_t, ode_system_t, sample_t, simulate, &
+                   integration_result_t, mechanical_system_t, method_t, observer_t, ode_system_t, rotate, sample_t, simulate, &
                    start_report_t, state_t, verify, wp
    use testing, only: check, check_close, new_test, no_error, test_t
    implicit none (type, external)
@@ -9,6 +9,7 @@ module test_completion
    public :: collect_completion
 
    real(wp), parameter :: mass_of_bob = 2.0_wp, length = 0.7_wp, gravity = 9.81_wp
+   real(wp), parameter :: inertia(3) = [1.0_wp, 2.0_wp, 3.0_wp]
 
    !> A pendulum in x, y and its angle, which has no mass of its own: x = L sin q, y = -L cos q, rows multiplied with `scale`.
    type, extends(mechanical_system_t) :: bob_t
@@ -20,6 +21,18 @@ module test_completion
       procedure :: jacobian
       procedure :: acceleration_rhs
    end type bob_t
+
+   !> A body that no moment acts on, in the rates of its quaternion: M = 4 G^T J G is singular along the quaternion; from there it may
+   !! be filled up.
+   type, extends(mechanical_system_t) :: spinning_t
+      real(wp) :: filling = 0.0_wp
+   contains
+      procedure :: mass => spinning_mass
+      procedure :: force => spinning_force
+      procedure :: constraint => unit_length
+      procedure :: jacobian => unit_length_row
+      procedure :: acceleration_rhs => unit_length_rhs
+   end type spinning_t
 
    !> Keeps the multipliers of the last point.
    type, extends(observer_t) :: keeper_t
@@ -35,6 +48,7 @@ contains
       type(test_t), allocatable :: tests(:)
 
       tests = [new_test('a coordinate without mass, rows of any scale, every method', massless), &
+               new_test('the rates of a quaternion', quaternion_rates), &
                new_test('a blow in a singular metric', blow), &
                new_test('an indefinite M is refused by coordinate', indefinite), &
                new_test('methods without multipliers refuse a singular M', refused), &
@@ -178,6 +192,101 @@ contains
       call check_close(failure, report%impulse(1), mass_of_bob*cos(1.0_wp)*sin(1.0_wp), 1.0e-11_wp, 'impulse 1')
       call check_close(failure, report%impulse(2)*1.0e3_wp, -mass_of_bob*cos(1.0_wp)**2, 1.0e-11_wp, 'impulse 2')
    end subroutine blow
+
+   !> Angular velocity in body axes: 2 G qdot.
+   pure function two_g(q) result(g)
+      real(wp), intent(in) :: q(4)
+      real(wp) :: g(3, 4)
+
+      g(1, :) = 2.0_wp*[-q(2), q(1), q(4), -q(3)]
+      g(2, :) = 2.0_wp*[-q(3), -q(4), q(1), q(2)]
+      g(3, :) = 2.0_wp*[-q(4), q(3), -q(2), q(1)]
+   end function two_g
+
+   subroutine spinning_mass(self, at, m)
+      class(spinning_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(block_diagonal_t), intent(inout) :: m
+      real(wp) :: g(3, 4), k(4, 4)
+      integer :: i, j
+
+      g = two_g(at%x)
+      do j = 1, 4
+         do i = 1, 4
+            k(i, j) = sum(g(:, i)*inertia*g(:, j)) + self%filling*at%x(i)*at%x(j)
+         end do
+      end do
+      call m%set_dense(k)
+   end subroutine spinning_mass
+
+   subroutine spinning_force(self, at, value)
+      class(spinning_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      value = -2.0_wp*matmul(transpose(two_g(at%v)), inertia*matmul(two_g(at%x), at%v))
+      associate (unused_system => self)
+      end associate
+   end subroutine spinning_force
+
+   subroutine unit_length(self, at, value)
+      class(spinning_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      value = 0.5_wp*(sum(at%x**2) - 1.0_wp)
+      associate (unused_system => self)
+      end associate
+   end subroutine unit_length
+
+   subroutine unit_length_row(self, at, a)
+      class(spinning_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: a(:, :)
+
+      a(1, :) = at%x
+      associate (unused_system => self)
+      end associate
+   end subroutine unit_length_row
+
+   subroutine unit_length_rhs(self, at, value)
+      class(spinning_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      value = -sum(at%v**2)
+      associate (unused_system => self)
+      end associate
+   end subroutine unit_length_rhs
+
+   !> Angular momentum in global axes stays, from a start where some pivots of M are small and one is nothing but round-off.
+   subroutine quaternion_rates(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(spinning_t) :: system
+      type(integration_options_t) :: options
+      type(integration_result_t) :: result
+      type(state_t) :: at, filled
+      type(error_t), allocatable :: error
+      real(wp), parameter :: omega(3) = [0.01_wp, 5.0_wp, 0.02_wp]
+
+      options = integration_options_t(rtol=1.0e-8_wp, atol=1.0e-10_wp)
+      call system%define(n=4, c=1)
+      at%x = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      at%v = 0.25_wp*matmul(transpose(two_g(at%x)), omega)
+      allocate (at%w(0))
+      filled = at
+      call simulate(system, at, 2.0_wp, result, error, options=options)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call check(failure, result%steps < 300, 'steps')
+      associate (momentum => inertia*matmul(two_g(at%x), at%v))
+         call check_close(failure, norm2(rotate(at%x, momentum) - inertia*omega), 0.0_wp, 1.0e-6_wp, 'angular momentum')
+      end associate
+      system%filling = 1.0_wp
+      call simulate(system, filled, 2.0_wp, result, error, options=options)
+      call no_error(failure, error)
+      call check_close(failure, maxval(abs([at%x - filled%x, at%v - filled%v])), 0.0_wp, 1.0e-6_wp, 'M that is filled up')
+   end subroutine quaternion_rates
 
    subroutine indefinite(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -1,7 +1,7 @@
 !> The pair of order 8 on constrained motions: orders, compliance, its cost, events, allocation.
 module test_dop853
    use, intrinsic :: iso_fortran_env, only: int64
-   use allocation_counter, only: allocations
+   use allocation_counter, only: allocations, counts_matter
    use taut, only: constrained_ode_t, error_t, events_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, method_t, new_constrained_ode, observer_t, ode_system_t, sample_t, simulate, state_t, &
                    status_reached_end, trajectory_t, wp
@@ -320,7 +320,7 @@ contains
          call integrator%run(ode, t, y, real(i, wp), result, observer)
          counted(i) = allocations - before
       end do
-      call check(failure, counted(1) == counted(2), 'more allocations for more steps')
+      call check(failure, counted(1) == counted(2) .or. .not. counts_matter, 'more allocations for more steps')
       call check(failure, observer%points > 200, 'points')
    end subroutine nothing_allocated
 

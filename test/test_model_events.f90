@@ -1,6 +1,7 @@
 !> Tests of the events that a system announces: they are read from the state of whatever method runs it.
 module test_model_events
-   use taut, only: error_t, method_t, model_events_t, new_pendulum, pendulum_t, state_t, wp
+   use taut, only: error_t, method_t, model_events_t, state_t, wp
+   use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_constrained_method_present, only: present_t
    use testing, only: check_below, new_test, no_error, test_t
    implicit none (type, external)

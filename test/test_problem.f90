@@ -2,8 +2,9 @@
 module test_problem
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use systems, only: compound_t, new_compound, new_particle, particle_t, two_rods
-   use taut, only: constrained_problem_t, error_t, integration_options_t, integration_result_t, method_t, new_pendulum, &
-                   pendulum_t, sample_t, simulate, state_t, wp
+   use taut, only: constrained_problem_t, error_t, integration_options_t, integration_result_t, method_t, sample_t, simulate, &
+                   state_t, wp
+   use taut_model_pendulum, only: new_pendulum, pendulum_t
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
    private

@@ -23,6 +23,7 @@ end module stopping
 
 program checkpoint
    use taut
+   use taut_model_chain, only: chain_t, new_chain
    use stopping
    implicit none (type, external)
    character(*), parameter :: path = 'checkpoint_of_example.taut'

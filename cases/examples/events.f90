@@ -54,6 +54,7 @@ end module watching
 
 program events
    use taut
+   use taut_model_chain, only: chain_t, new_chain
    use watching
    implicit none (type, external)
    type(chain_t) :: pendulum

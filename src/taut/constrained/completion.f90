@@ -45,12 +45,14 @@ contains
       self%is_on = .false.
       call m%factorize(bad_row)
       if (bad_row == 0) then
-         if (m%smallest_pivot() > no_pivot) return
-         bad_row = m%n
+         if (m%least_certain_pivot() > no_pivot) return
       end if
       ! In one dense block alone A^T D A has room.
-      if (.not. (a%full .and. size(m%first) == 2) .or. a%c == 0) return
-      call complete(self, m, a, bad_row)
+      if (a%full .and. size(m%first) == 2 .and. a%c > 0) then
+         call complete(self, m, a, bad_row)
+      else if (bad_row == 0) then
+         if (m%smallest_pivot() <= no_pivot) bad_row = m%n
+      end if
    end subroutine factorize
 
    !> M + A^T D A, factorized.

@@ -1,6 +1,7 @@
 !> Projection of positions and velocities on the constraints.
 module taut_constrained_projection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_fortran_env, only: int64
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: to_text
@@ -91,6 +92,9 @@ module taut_constrained_projection
       type(orientation_t) :: orientation
       !> What is on another branch than is meant, after a step that was refused for it.
       character(:), allocatable, private :: strayed
+      !> Entries of A that came with the last phi of a system that `linearizes`, and where that was.
+      real(wp), allocatable, private :: entries(:), x_of_entries(:)
+      real(wp), private :: t_of_entries = 0.0_wp
       !> Velocities along which nothing is moved, and what they give of A v: (n), (c); not allocated: none.
       logical, allocatable, private :: held(:)
       real(wp), allocatable, private :: from_held(:)
@@ -199,6 +203,11 @@ contains
                 self%phi(model%n_phi), self%nu(model%n_phi), self%d(model%n), self%x_before(model%n_x), self%x_first(model%n_x), &
                 source=0.0_wp)
       call lay_out_jacobian(model, self%a)
+      if (allocated(self%entries)) deallocate (self%entries, self%x_of_entries)
+      if (model%linearizes) then
+         allocate (self%entries(size(self%a%values)), self%x_of_entries(model%n_x), source=0.0_wp)
+         self%t_of_entries = -huge(1.0_wp)
+      end if
       call self%w%init(model%mass_blocks)
       if (self%identity) then
          blocks = spread(1, 1, model%n)
@@ -297,7 +306,7 @@ contains
       self%phi_raw = 0.0_wp
       self%corrections = 0
       if (model%n_phi == 0) return
-      call model%constraint(at, self%phi)
+      call evaluate_constraint(self, model, at)
       self%residual = largest_entry(self%phi)
       if (.not. ieee_is_finite(self%residual)) then
          call give_up(self, not_finite, info)
@@ -465,6 +474,37 @@ contains
 
    end subroutine newton_step
 
+   !> phi, and the entries of A if they come with it.
+   subroutine evaluate_constraint(self, model, at)
+      type(projector_t), intent(inout) :: self
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+
+      if (.not. allocated(self%entries)) then
+         call model%constraint(at, self%phi)
+         return
+      end if
+      call model%linearization(at, self%phi, self%entries)
+      self%t_of_entries = at%t
+      self%x_of_entries(:) = at%x
+   end subroutine evaluate_constraint
+
+   !> Whether the entries that came with phi are those of a state: of the same numbers, bit for bit.
+   pure logical function entries_are_of(self, at)
+      type(projector_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      integer(int64) :: bits
+      integer :: i
+
+      entries_are_of = allocated(self%entries)
+      if (.not. entries_are_of) return
+      bits = ieor(transfer(at%t, bits), transfer(self%t_of_entries, bits))
+      do i = 1, size(at%x)
+         bits = ior(bits, ieor(transfer(at%x(i), bits), transfer(self%x_of_entries(i), bits)))
+      end do
+      entries_are_of = bits == 0_int64
+   end function entries_are_of
+
    !> x := x (+) d, with d halved until phi has become smaller.
    subroutine move(self, model, at, before, info)
       type(projector_t), intent(inout) :: self
@@ -479,7 +519,7 @@ contains
       do halving = 0, halvings
          call model%displace(self%d, at%x)
          call model%normalize(at%x)
-         call model%constraint(at, self%phi)
+         call evaluate_constraint(self, model, at)
          largest = largest_entry(self%phi)
          if (ieee_is_finite(largest)) then
             if (dot_product(self%phi, self%phi) <= before*no_growth) then
@@ -491,7 +531,7 @@ contains
          at%x(:) = self%x_before
          self%d(:) = 0.5_wp*self%d
       end do
-      call model%constraint(at, self%phi)
+      call evaluate_constraint(self, model, at)
       self%residual = largest_entry(self%phi)
       info = rhs_ok
       if (self%residual > self%yardstick%tolerance) call give_up(self, not_converged, info)
@@ -557,7 +597,11 @@ contains
       !> Its state.
       type(state_t), intent(in) :: at
 
-      call evaluate_jacobian(model, at, self%a)
+      if (entries_are_of(self, at)) then
+         self%a%values(:) = self%entries
+      else
+         call evaluate_jacobian(model, at, self%a)
+      end if
       if (.not. allocated(self%held)) return
       self%d(:) = merge(at%v, 0.0_wp, self%held)
       call self%a%multiply(self%d, self%from_held)

@@ -49,6 +49,8 @@ module taut_constrained_system
       integer, allocatable :: mass_blocks(:)
       !> Whether M never changes; then it is evaluated once.
       logical :: constant_mass = .false.
+      !> Whether phi and the entries of a `pattern` come out of one evaluation: then `linearization` is asked for them.
+      logical :: linearizes = .false.
       !> Whether some of the forces depend on the multipliers: see `reaction_force`.
       logical :: reactive = .false.
       !> Whether the method enforces the constraints: what `enforce` was told last. A system with something of its own in their
@@ -68,6 +70,8 @@ module taut_constrained_system
       procedure :: jacobian => scatter_entries
       procedure :: pattern => dense_pattern
       procedure :: jacobian_entries => entries_not_supplied
+      !> phi and these entries at once, of a system that `linearizes`; by default one after the other.
+      procedure :: linearization => constraint_and_entries
       !> Which velocities are measured in one unit, so that rows of A can be compared; by default all of them.
       procedure :: column_groups => one_group
       !> How large the system is, so that its constraints are met in any unit of length; by default as large as its coordinates.
@@ -224,6 +228,18 @@ module taut_constrained_system
          !> The entries: (size of the pattern).
          real(wp), intent(out) :: values(:)
       end subroutine entries_not_supplied
+
+      !> phi and the entries of A; by default one after the other.
+      module subroutine constraint_and_entries(self, at, value, entries)
+         !> The system.
+         class(mechanical_system_t), intent(in) :: self
+         !> Where; x and t may be used.
+         type(state_t), intent(in) :: at
+         !> phi: (n_phi).
+         real(wp), intent(out) :: value(:)
+         !> The entries, in the order of `pattern`.
+         real(wp), intent(out) :: entries(:)
+      end subroutine constraint_and_entries
 
       !> Where the entries of A are that can differ from zero, row by row; the default says nothing: A is dense.
       module subroutine dense_pattern(self, first, column)

@@ -39,6 +39,7 @@ module taut_linalg_block_diagonal
       procedure :: trace
       procedure :: factorize
       procedure :: smallest_pivot
+      procedure :: least_certain_pivot
       procedure :: solve
       procedure :: solve_lower
       procedure :: solve_lower_transposed
@@ -205,6 +206,28 @@ contains
          end do
       end do
    end function smallest_pivot
+
+   !> The smallest pivot, relative to its diagonal entry and to the smallest one before it, which round-off in it is larger by: of a
+   !! singular matrix no more than round-off, in whatever order its rows are.
+   pure real(wp) function least_certain_pivot(self)
+      !> The factorized matrix.
+      class(block_diagonal_t), intent(in) :: self
+      real(wp) :: before, pivot
+      integer :: b, i, k, s
+
+      least_certain_pivot = 1.0_wp
+      if (self%diagonal) return
+      do b = 1, size(self%first) - 1
+         s = self%first(b + 1) - self%first(b)
+         before = 1.0_wp
+         do i = 1, s
+            k = self%offset(b) + (i - 1)*s + i
+            pivot = self%factor(k)**2/self%values(k)
+            least_certain_pivot = min(least_certain_pivot, pivot*before)
+            before = min(before, pivot)
+         end do
+      end do
+   end function least_certain_pivot
 
    !> Factorizes every block.
    subroutine factorize(self, info)

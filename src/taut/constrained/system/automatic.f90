@@ -44,9 +44,12 @@ module taut_constrained_system_automatic
       !> Pattern of A, where `find_structure` found it, and whether it is worth it.
       integer, allocatable, private :: first(:), column(:)
       logical, private :: sparse = .false.
-      !> Number of the direction that a column of A is had from, four to a pass, and the number of passes; where the structure is
-      !! not known, that of the column.
+      !> Number of the direction that a column of A is had from, four to a pass; where the structure is not known, that of the
+      !! column. How many there are.
       integer, allocatable, private :: direction(:)
+      integer, private :: colors = 0
+      !> The direction of each entry of the pattern.
+      integer, allocatable, private :: direction_of_entry(:)
       !> Coordinates of each pass, whose values are filled in: (n_x, passes); where xdot = v.
       type(jet_t), allocatable, private :: seeds(:, :)
       !> Whether phi may depend on time, and whether xdot = v is known.
@@ -69,6 +72,7 @@ module taut_constrained_system_automatic
       procedure :: jacobian
       procedure :: pattern
       procedure :: jacobian_entries
+      procedure :: linearization
       procedure :: velocity_rhs
       procedure :: acceleration_rhs
       procedure :: x_rate
@@ -267,6 +271,20 @@ contains
       call differentiate(self, at, of_columns, values)
    end subroutine jacobian_entries
 
+   !> phi and those entries; one evaluation gives both where the structure lets four columns stand for all.
+   subroutine linearization(self, at, value, entries)
+      !> The system.
+      class(automatic_system_t), intent(in) :: self
+      !> The state.
+      type(state_t), intent(in) :: at
+      !> phi: (n_phi).
+      real(wp), intent(out) :: value(:)
+      !> In the order of `pattern`.
+      real(wp), intent(out) :: entries(:)
+
+      call differentiate(self, at, of_columns, entries, phi=value)
+   end subroutine linearization
+
    !> b'.
    subroutine velocity_rhs(self, at, value)
       !> The system.
@@ -296,12 +314,12 @@ contains
    end subroutine acceleration_rhs
 
    !> What the constraints are asked for, with room for it.
-   subroutine differentiate(self, at, what, value, a)
+   subroutine differentiate(self, at, what, value, a, phi)
       class(automatic_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
       integer, intent(in) :: what
       real(wp), intent(inout) :: value(:)
-      real(wp), intent(inout), optional :: a(:, :)
+      real(wp), intent(inout), optional :: a(:, :), phi(:)
       type(jet_t), target :: few(most_on_stack)
       type(jet_t), allocatable, target :: many(:)
       integer :: velocities
@@ -311,22 +329,22 @@ contains
       if (.not. self%plain_rates .or. self%n_phi < self%c) velocities = self%n
       if (self%n_x + velocities + max(self%n_x, self%c) <= most_on_stack) then
          call differentiate_in(self, at, what, self%n_x, velocities, max(self%n_x, self%c), few, few(self%n_x + 1:), &
-                               few(self%n_x + velocities + 1:), value, a)
+                               few(self%n_x + velocities + 1:), value, a, phi)
       else
          allocate (many(self%n_x + velocities + max(self%n_x, self%c)))
          call differentiate_in(self, at, what, self%n_x, velocities, max(self%n_x, self%c), many, many(self%n_x + 1:), &
-                               many(self%n_x + velocities + 1:), value, a)
+                               many(self%n_x + velocities + 1:), value, a, phi)
       end if
    end subroutine differentiate
 
    !> The same in the room that is given for coordinates, velocities, and rates or results.
-   subroutine differentiate_in(self, at, what, n_x, n_v, n_r, x, v, r, value, a)
+   subroutine differentiate_in(self, at, what, n_x, n_v, n_r, x, v, r, value, a, phi)
       class(automatic_system_t), intent(in) :: self
       type(state_t), intent(in) :: at
       integer, intent(in) :: what, n_x, n_v, n_r
       type(jet_t), intent(inout), target :: x(n_x), v(n_v), r(n_r)
       real(wp), intent(inout) :: value(:)
-      real(wp), intent(inout), optional :: a(:, :)
+      real(wp), intent(inout), optional :: a(:, :), phi(:)
       type(jet_state_t) :: there
       integer :: i, pass
 
@@ -379,6 +397,10 @@ contains
                call self%nonholonomic(there, r(self%n_phi + 1:self%c))
             end if
             call take_columns(self, directions*(pass - 1), r, value, a)
+            if (.not. present(phi)) cycle
+            do i = 1, self%n_phi
+               phi(i) = r(i)%v
+            end do
          end do
       end select
    end subroutine differentiate_in
@@ -430,7 +452,7 @@ contains
       class(automatic_system_t), intent(in) :: self
 
       passes = self%n
-      if (allocated(self%direction)) passes = maxval(self%direction)
+      if (allocated(self%direction)) passes = self%colors
       passes = (passes + directions - 1)/directions
    end function passes
 
@@ -498,16 +520,15 @@ contains
       real(wp) :: slope(directions)
       integer :: d, i, k
 
+      if (.not. present(a)) then
+         call take_entries(self%c, base, self%first, self%direction_of_entry, r, entries)
+         return
+      end if
       do i = 1, self%c
          slope = [r(i)%d1, r(i)%d2, r(i)%d3, r(i)%d4]
-         if (.not. present(a)) then
+         if (allocated(self%first)) then
             do k = self%first(i), self%first(i + 1) - 1
-               d = self%direction(self%column(k)) - base
-               if (d >= 1 .and. d <= directions) entries(k) = slope(d)
-            end do
-         else if (allocated(self%first)) then
-            do k = self%first(i), self%first(i + 1) - 1
-               d = self%direction(self%column(k)) - base
+               d = self%direction_of_entry(k) - base
                if (d >= 1 .and. d <= directions) a(i, self%column(k)) = slope(d)
             end do
          else
@@ -517,6 +538,24 @@ contains
          end if
       end do
    end subroutine take_columns
+
+   !> Those of a pattern.
+   pure subroutine take_entries(c, base, first, direction, r, entries)
+      integer, intent(in) :: c, base, first(c + 1), direction(*)
+      type(jet_t), intent(in) :: r(c)
+      real(wp), intent(inout) :: entries(*)
+      real(wp) :: slope(directions)
+      integer :: d, i, k
+
+      do i = 1, c
+         slope = [r(i)%d1, r(i)%d2, r(i)%d3, r(i)%d4]
+         !GCC$ unroll 1
+         do k = first(i), first(i + 1) - 1
+            d = direction(k) - base
+            if (d >= 1 .and. d <= directions) entries(k) = slope(d)
+         end do
+      end do
+   end subroutine take_entries
 
    !> xdot = H v.
    subroutine x_rate(self, at, u, value)

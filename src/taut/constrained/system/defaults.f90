@@ -65,6 +65,12 @@ contains
       end associate
    end procedure dense_pattern
 
+   !> phi, and then the entries of A.
+   module procedure constraint_and_entries
+      call self%constraint(at, value)
+      call self%jacobian_entries(at, entries)
+   end procedure constraint_and_entries
+
    !> All of A from its entries.
    module procedure scatter_entries
       integer, allocatable :: first(:), column(:)

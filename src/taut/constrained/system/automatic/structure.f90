@@ -21,9 +21,10 @@ contains
       integer :: colors, i
 
       if (allocated(self%first)) deallocate (self%first, self%column)
-      if (allocated(self%direction)) deallocate (self%direction)
+      if (allocated(self%direction)) deallocate (self%direction, self%direction_of_entry)
       if (allocated(self%seeds)) deallocate (self%seeds)
       self%sparse = .false.
+      self%linearizes = .false.
       self%plain_rates = .false.
       self%plain_rates = rates_are_plain(self, at)
       self%rheonomic = self%n_phi < self%c .or. depends_on_time(self, at)
@@ -42,10 +43,12 @@ contains
       end do
 
       allocate (self%direction(self%n))
-      call color_columns(first, column, self%direction, colors)
+      call color_columns(first, column, self%direction, self%colors)
+      self%direction_of_entry = self%direction(column)
       self%sparse = 2*size(column) <= self%c*self%n
       call move_alloc(first, self%first)
       call move_alloc(column, self%column)
+      self%linearizes = self%sparse .and. self%n_phi == self%c .and. self%passes() == 1
       if (.not. self%plain_rates) return
       allocate (self%seeds(self%n_x, self%passes()))
       self%seeds = jet(0.0_wp)
