@@ -119,8 +119,8 @@ contains
       call file%load(path, error)
       if (.not. allocated(error)) call read_loaded(file, mechanism, start, settings, found, error)
       if (present(t_end)) t_end = settings%t_end
-      if (present(options)) options = settings%options
       if (allocated(error)) return
+      if (present(options)) options = settings%options_of(settings%methods(1))
       if (present(method)) method = settings%methods(1)%method
       if (present(report)) report = found
    end subroutine read_path

@@ -294,7 +294,7 @@ contains
          allocate (watched)
          call watched%init(model)
       end if
-      call simulation%init(model, error, chosen%method, settings%options)
+      call simulation%init(model, error, chosen%method, settings%options_of(chosen))
       if (allocated(error)) return
       seconds_before = progress%seconds
       call recorder%progress%start(file%name//' '//chosen%label, options%quiet)
@@ -359,7 +359,7 @@ contains
             end do
          end if
          if (recorder%points == 0) recorder%min_rank = 0
-         call summary_row(file%name, chosen%label, model, settings, simulation, recorder, progress%seconds, row)
+         call summary_row(file%name, chosen, model, settings, simulation, recorder, progress%seconds, row)
          if (.not. options%quiet) then
             write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
                result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%balance%drift, progress%seconds

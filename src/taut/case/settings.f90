@@ -27,6 +27,8 @@ module taut_case_settings
       character(:), allocatable :: label
       !> The method.
       type(method_t) :: method
+      !> Its integrator; not allocated, or blank, for that of &integration.
+      character(:), allocatable :: integrator
    contains
       procedure :: declare => declare_method
    end type method_entry_t
@@ -75,6 +77,8 @@ module taut_case_settings
       type(extreme_t), allocatable :: extremes(:)
       !> Methods to be run side by side.
       type(method_entry_t), allocatable :: methods(:)
+   contains
+      procedure :: options_of
    end type settings_t
 
    !> Files of results that are not a method's.
@@ -132,7 +136,8 @@ contains
          call entries%item('max_steps', o%max_steps, 'a run that needs more steps, rejected ones included, ends', least=1)
          call entries%item('integrator', o%integrator, 'formulas of a step: "dopri5", the paper''s, of order 5; '// &
                            '"dop853", of order 8, for errors of 1e-7 and below; "radau", implicit, for stiff systems; '// &
-                           '"generalized-alpha", implicit, of order 2, with method "present"', integrator_names)
+                           '"generalized-alpha", implicit, and "energy-preserving", of order 2, with method "present"', &
+                           integrator_names)
          call entries%item('spectral_radius', o%spectral_radius, '', 'generalized-alpha: what a step leaves of oscillations '// &
                            'that are short against it', least=0.0_wp, most=1.0_wp)
          call entries%item('step_control', o%step_control, 'how steps are chosen; "fixed": all of first_step; '// &
@@ -233,6 +238,8 @@ contains
          call entries%item('name', m%name, '"baseline": Eq. (8); "present": Sect. 3.5; "coordinate-projection": Eich''s; '// &
                            '"unconstrained": evaluated, not enforced', method_names)
          call entries%option('label', self%label, 'name of its file of results; without: that of the method')
+         call entries%option('integrator', self%integrator, 'formulas of its steps; without: those of &integration', &
+                             integrator_names)
          call entries%item('weight', m%weight, 'W of Eqs (11a), (17); "given": the system''s own', &
                            [character(len=8) :: 'identity', 'mass', 'given'])
          call entries%item('stage_projection', m%stage_projection, &
@@ -268,6 +275,20 @@ contains
       end associate
    end subroutine declare_method
 
+   !> Tolerances, steps and output spacing of a method.
+   function options_of(self, method) result(options)
+      !> What a case file says.
+      class(settings_t), intent(in) :: self
+      !> One of its methods.
+      type(method_entry_t), intent(in) :: method
+      !> Those of all, with its integrator.
+      type(integration_options_t) :: options
+
+      options = self%options
+      if (.not. allocated(method%integrator)) return
+      if (len_trim(method%integrator) > 0) options%integrator = method%integrator
+   end function options_of
+
    !> Reads and checks these groups.
    subroutine read_settings(file, settings, error, weight, output)
       !> The case file, whose groups were checked.
@@ -296,7 +317,8 @@ contains
          case ('integration')
             call read_group(file, file%groups(i), integration, error)
             if (.not. allocated(error)) then
-               call choose_constrained_stepper(integration%options, method_t(), stepper, error)
+               ! Positions alone are what every integrator can do; whether it takes a method is asked of each one.
+               call choose_constrained_stepper(integration%options, method_t(state_projection='position'), stepper, error)
                if (.not. allocated(error)) call checked%init(1, integration%options, error, stepper)
                if (integration%t_end < integration%t_start) &
                   call raise(error, 'integration', 't_end = '//to_text(integration%t_end)//' is before t_start = '// &
@@ -324,11 +346,14 @@ contains
       end do
       if (.not. allocated(error)) call read_extremes(file, settings%extremes, error)
       if (allocated(error)) return
+      settings%options = integration%options
       methods = 0
       do i = 1, size(file%groups)
          if (file%groups(i)%name /= 'method') cycle
          methods = methods + 1
-         call choose_constrained_stepper(integration%options, settings%methods(methods)%method, stepper, error)
+         associate (chosen => settings%methods(methods))
+            call choose_constrained_stepper(settings%options_of(chosen), chosen%method, stepper, error)
+         end associate
          call file%locate(file%groups(i), error)
       end do
       if (methods == 0) then
@@ -337,7 +362,6 @@ contains
       end if
       settings%t_start = integration%t_start
       settings%t_end = integration%t_end
-      settings%options = integration%options
       settings%options%output_dt = plain_output%dt
       if (present(output)) then
          settings%options%output_dt = output%dt

@@ -4,7 +4,7 @@ module taut_case_summary
    use taut_case_csv, only: csv_field
    use taut_case_recorder, only: recorder_t
    use taut_case_row, only: row_t
-   use taut_case_settings, only: settings_t
+   use taut_case_settings, only: method_entry_t, settings_t
    use taut_constrained_simulate, only: simulation_t
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_kinds, only: wp
@@ -23,11 +23,11 @@ module taut_case_summary
 contains
 
    !> The row of a method.
-   subroutine summary_row(case_name, label, model, settings, simulation, recorder, seconds, row)
+   subroutine summary_row(case_name, chosen, model, settings, simulation, recorder, seconds, row)
       !> Name of the case.
       character(*), intent(in) :: case_name
-      !> Label of the method.
-      character(*), intent(in) :: label
+      !> The method.
+      type(method_entry_t), intent(in) :: chosen
       !> The system.
       class(tabulated_system_t), intent(in) :: model
       !> Tolerances, and the start.
@@ -46,7 +46,7 @@ contains
       associate (result => simulation%result)
          call fields%create()
          call fields%add(csv_field(case_name))
-         call fields%add(label)
+         call fields%add(chosen%label)
          call fields%add(status_name(result%status))
          call fields%add(result%t)
          call fields%add(result%steps)
@@ -62,7 +62,7 @@ contains
          call fields%add(recorder%balance%drift)
          call fields%add(recorder%balance%work)
          call fields%add(recorder%min_rank)
-         call recorder%balance%remark(settings%options, result, settings%t_start, balance)
+         call recorder%balance%remark(settings%options_of(chosen), result, settings%t_start, balance)
          call simulation%ode%remark(blows)
          call model%note(own)
          call fields%add(joined(joined(joined(own, blows), balance), said(result)))

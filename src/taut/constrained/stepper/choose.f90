@@ -2,6 +2,7 @@
 module taut_constrained_stepper_choose
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_method_options, only: method_t
+   use taut_constrained_stepper_energy_preserving, only: energy_preserving_t, new_energy_preserving
    use taut_constrained_stepper_generalized_alpha, only: generalized_alpha_t, new_generalized_alpha
    use taut_kinds, only: wp
    use taut_ode_options, only: integration_options_t
@@ -11,11 +12,11 @@ module taut_constrained_stepper_choose
    private
    public :: choose_constrained_stepper, integrator_names
 
-   character(*), parameter :: generalized_alpha = 'generalized-alpha'
+   character(*), parameter :: energy_preserving = 'energy-preserving', generalized_alpha = 'generalized-alpha'
 
    !> All of them.
-   character(len=len(generalized_alpha)), parameter :: integrator_names(size(of_any_system) + 1) = &
-      [character(len=len(generalized_alpha)) :: of_any_system, generalized_alpha]
+   character(len=len(generalized_alpha)), parameter :: integrator_names(size(of_any_system) + 2) = &
+      [character(len=len(generalized_alpha)) :: of_any_system, generalized_alpha, energy_preserving]
 
 contains
 
@@ -29,38 +30,59 @@ contains
       class(stepper_t), allocatable, intent(out) :: stepper
       !> A name that is unknown, or what does not go together.
       type(error_t), allocatable, intent(inout) :: error
-      type(generalized_alpha_t), allocatable :: made
+      type(energy_preserving_t), allocatable :: preserving
+      type(generalized_alpha_t), allocatable :: alpha
 
       if (.not. any(integrator_names == options%integrator)) then
          call refuse_name(trim(options%integrator), integrator_names, error)
-      else if (options%integrator /= generalized_alpha) then
-         call choose_stepper(trim(options%integrator), stepper, error)
-      else
-         call check(options, method, error)
-         if (allocated(error)) return
-         allocate (made)
-         call new_generalized_alpha(made, options%spectral_radius, method%state_projection == 'position-velocity')
-         made%name = generalized_alpha
-         call move_alloc(made, stepper)
+         return
       end if
+      select case (options%integrator)
+      case (generalized_alpha)
+         call check(generalized_alpha, method, [character(len=17) :: 'position', 'position-velocity'], &
+                    'use "position-velocity" (stabilized index 2) or "position" (index 3)', error)
+         call check_spectral_radius(options%spectral_radius, error)
+         if (allocated(error)) return
+         allocate (alpha)
+         call new_generalized_alpha(alpha, options%spectral_radius, method%state_projection == 'position-velocity')
+         call move_alloc(alpha, stepper)
+      case (energy_preserving)
+         call check(energy_preserving, method, [character(len=17) :: 'position'], &
+                    'use "position": it meets velocities on the average of a step', error)
+         if (allocated(error)) return
+         allocate (preserving)
+         call new_energy_preserving(preserving)
+         call move_alloc(preserving, stepper)
+      case default
+         call choose_stepper(trim(options%integrator), stepper, error)
+         return
+      end select
+      stepper%name = options%integrator
    end subroutine choose_constrained_stepper
 
-   !> Generalized-alpha takes accelerations and multipliers from equations of its own.
-   subroutine check(options, method, error)
-      type(integration_options_t), intent(in) :: options
+   !> Steppers that know mechanics take accelerations and multipliers from equations of their own.
+   subroutine check(integrator, method, levels, remedy, error)
+      character(*), intent(in) :: integrator
       type(method_t), intent(in) :: method
+      character(*), intent(in) :: levels(:), remedy
       type(error_t), allocatable, intent(inout) :: error
 
       if (method%name /= 'present') &
-         call raise(error, method%place(), 'integrator = "generalized-alpha" does not take its right-hand side', &
+         call raise(error, method%place(), 'integrator = "'//integrator//'" does not take its right-hand side', &
                     'use method "present", or integrator = "radau"')
-      if (method%state_projection == 'none') &
-         call raise(error, method%place(), 'integrator = "generalized-alpha" with state_projection = "none"', &
-                    'use "position-velocity" (stabilized index 2) or "position" (index 3)')
-      if (.not. (options%spectral_radius >= 0.0_wp .and. options%spectral_radius <= 1.0_wp)) &
-         call raise(error, 'integration options', &
-                    'spectral_radius = '//to_text(options%spectral_radius)//' is not between 0 and 1', &
-                    'give 0 for the most damping, 1 for none')
+      if (.not. any(levels == method%state_projection)) &
+         call raise(error, method%place(), 'integrator = "'//integrator//'" with state_projection = "'// &
+                    trim(method%state_projection)//'"', remedy)
    end subroutine check
+
+   !> Whether it is between none and all.
+   subroutine check_spectral_radius(radius, error)
+      real(wp), intent(in) :: radius
+      type(error_t), allocatable, intent(inout) :: error
+
+      if (.not. (radius >= 0.0_wp .and. radius <= 1.0_wp)) &
+         call raise(error, 'integration options', 'spectral_radius = '//to_text(radius)//' is not between 0 and 1', &
+                    'give 0 for the most damping, 1 for none')
+   end subroutine check_spectral_radius
 
 end module taut_constrained_stepper_choose
