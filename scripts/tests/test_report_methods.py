@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from taut.report.methods import chapter
-from taut.report.methods.measures import METHODS, PENDULUM, pendulum_angle
+from taut.report.methods.measures import CITED, METHODS, PENDULUM, pendulum_angle
 from taut.report.pendulum.measures import GRAVITY, LENGTH, PERIOD
 from taut.results import Results
 
@@ -21,6 +21,11 @@ def test_the_exact_pendulum_keeps_its_energy_and_its_period() -> None:
         energy = 0.5 * (LENGTH * rate) ** 2 - GRAVITY * LENGTH * math.cos(pendulum_angle(t))
         assert energy == pytest.approx(0.0, abs=1e-7)
         assert pendulum_angle(t + PERIOD) == pytest.approx(pendulum_angle(t), abs=1e-10)
+
+
+def test_every_citation_has_a_method_and_every_method_a_citation() -> None:
+    found = {label for _, _, labels in CITED for label in labels}
+    assert found == {method.label for method in METHODS}
 
 
 @pytest.mark.parametrize("level", LEVELS)

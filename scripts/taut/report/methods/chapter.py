@@ -7,6 +7,7 @@ from taut.report.document import Chapter, Figure, Paragraph, Section, Table
 from taut.report.methods.figures import FIGURES
 from taut.report.methods.measures import (
     CASES,
+    CITED,
     KEPT,
     LOOP,
     METHODS,
@@ -46,7 +47,7 @@ def build(results: Results) -> Chapter:
         if spec.can_draw(results)
     )
     sections = (
-        Section("What each method keeps", (Paragraph(READING), overview(results))),
+        Section("What each method keeps", (Paragraph(READING), overview(results), cited())),
         Section("Order on the pendulum", (orders(results),)),
         *(Section(problem.title, (numbers(results, problem),)) for problem in PROBLEMS),
     )
@@ -58,8 +59,9 @@ READING = (
     "tolerances of 10⁻⁵ is at most 10⁻¹⁰. Redundancy and the singular position are survived if the run of "
     "the redundant loop and that of the two four-bars reach their end, and stay within a centimeter of the "
     "exact motion. Multipliers are right if the pendulum’s tension is within a thousandth of its largest "
-    "value. All runs use `dopri5`; W = M for mechanisms, else W = I. Half-explicit multipliers are forces "
-    "over a stage: over a first step of microseconds they are far off, and φ̈ with them."
+    "value. All runs use `dopri5`, but for those that are an integrator of their own, of order 2: "
+    "generalized-α and energy-preserving. W = M for mechanisms, else W = I. Half-explicit multipliers are "
+    "forces over a stage: over a first step of microseconds they are far off, and φ̈ with them."
 )
 
 
@@ -70,6 +72,17 @@ def overview(results: Results) -> Table:
         ("Method", "Source", "What it does", "φ", "φ̇", "φ̈", "Redundant", "Singular", "Multipliers"),
         tuple(glance(results, method) for method in METHODS),
         text_columns=9,
+    )
+
+
+def cited() -> Table:
+    """Returns what the paper cites, and what stands for it."""
+    names = {method.label: method.name for method in METHODS}
+    return Table(
+        "Every method that the paper cites as one that enforces constraints.",
+        ("The paper cites", "Where", "Here"),
+        tuple((what, where, ", ".join(names[label] for label in labels)) for what, where, labels in CITED),
+        text_columns=3,
     )
 
 

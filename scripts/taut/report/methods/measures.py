@@ -41,7 +41,42 @@ METHODS = (
     Method("minimal-coordinates", "minimal, null space", "independent velocities", "Eq. (3)"),
     Method("minimal-partitioning", "minimal, partitioning", "single velocities", "Eq. (3)"),
     Method("minimal-drifting", "minimal, not projected", "positions integrated", "Eq. (3)"),
+    Method("generalized-alpha-3", "generalized-α, index 3", "φ = 0 alone, implicit", "Eqs (1)"),
+    Method("generalized-alpha", "generalized-α, index 2", "φ = 0 and φ̇ = 0, implicit", "[22]"),
+    Method("energy-preserving", "energy-preserving", "reactions that do no work", "[28]"),
     Method("present", "present", "projected stages", "Sect. 3.5"),
+)
+# What the paper cites as a way to enforce constraints, where it does, and the methods that stand for it here.
+CITED = (
+    ("Lagrange’s equations of the first kind", "Sect. 1, Eqs (1)", ("generalized-alpha-3",)),
+    (
+        "Minimal coordinates: Lagrange’s equations of the second kind, Maggi, Kane, Jourdain [9, 10, 13, 14]",
+        "Sect. 1, Eq. (3)",
+        ("minimal-coordinates", "minimal-partitioning", "minimal-drifting"),
+    ),
+    ("Gauss’ principle and its kin [5–8, 17, 20]", "Sects 1, 2, Eqs (7)–(9)", ("baseline",)),
+    ("Udwadia, Kalaba [18]; redundant constraints [19]", "Sect. 2", ("udwadia-kalaba",)),
+    ("Eich [15]", "Sects 1, 3.3", ("coordinate-projection",)),
+    ("Lubich, Engstler, Nowak, Pöhle [16]: half-explicit", "Sect. 1", ("gear-gupta-leimkuhler",)),
+    ("Baumgarte [21]", "Sect. 2", ("baumgarte",)),
+    (
+        "Gear, Gupta, Leimkuhler [22]; Hairer, Wanner [31] with W = M",
+        "Sects 2, 3.1",
+        ("gear-gupta-leimkuhler", "generalized-alpha"),
+    ),
+    ("Führer, Leimkuhler [23]", "Sect. 2", ("fuhrer-leimkuhler",)),
+    ("Bayo, García de Jalón, Serna [24]", "Sect. 2", ("bayo-penalty", "augmented-lagrangian")),
+    ("Mattsson, Söderlind [25]; Pantelides [26]; Modelica [27]", "Sect. 2", ("dummy-derivatives",)),
+    ("Bauchau [28]: derived from what the paper says", "Sect. 2", ("energy-preserving",)),
+    (
+        "Borri, Trainelli, Croce [29]: derived from what the paper says",
+        "Sects 2, 3.1",
+        ("embedded-projection",),
+    ),
+    ("Braun, Goldfarb [30]", "Sects 2, 3.1, 4.1", ("braun-goldfarb",)),
+    ("Yu, Chen [33]", "Sect. 3.3", ("yu-chen",)),
+    ("Penalty", "Sect. 4.3", ("penalty",)),
+    ("The proposed approach", "Sect. 3", ("present",)),
 )
 
 
