@@ -164,6 +164,24 @@ class Results:
         """Returns whether a case has been run."""
         return last_file(self.root / name) is not None
 
+    def has_printed(self, example: str) -> bool:
+        """Returns whether it is kept what an example has printed."""
+        return self._print(example).is_file()
+
+    def printed(self, example: str) -> list[str]:
+        """Returns the lines that an example has printed."""
+        path = self._print(example)
+        for files in _listening:
+            files.add(path)
+        try:
+            return path.read_text(encoding="utf-8").splitlines()
+        except OSError:
+            raise TautError(f"{path} is missing: {REPRODUCE}") from None
+
+    def _print(self, example: str) -> Path:
+        """Returns where it is kept what an example has printed."""
+        return self.root / "examples" / f"{example}.txt"
+
 
 def last_file(folder: Path) -> Path | None:
     """Returns the file with one row a method (or a mode), which the programs write last."""

@@ -26,18 +26,19 @@ VANISHES = 1e-3
 
 @dataclass(frozen=True)
 class Row:
-    """A statement to be judged: how, the figure it is read from, and the cases that it needs."""
+    """A statement to be judged: how, the figure it is read from, the cases and the examples that it needs."""
 
     judge: Callable[[Results], Claim]
     figure: str = ""
     cases: tuple[str, ...] = ()
+    prints: tuple[str, ...] = ()
 
 
 def judged(rows: Sequence[Row], results: Results) -> tuple[Claim, ...]:
     """Returns the statements whose cases have been run, each with the files that its numbers come from."""
     claims = []
     for row in rows:
-        if all(map(results.has, row.cases)):
+        if all(map(results.has, row.cases)) and all(map(results.has_printed, row.prints)):
             with recording() as files:
                 claim = row.judge(results)
             claims.append(replace(claim, figure=row.figure, files=tuple(sorted(files))))

@@ -4,7 +4,13 @@ import numpy as np
 
 from taut.formats import count, listed, number
 from taut.report.document import Claim, Held
-from taut.report.formulation.measures import ROLLING_RADIUS, circle_error, slider_error
+from taut.report.formulation.measures import (
+    ROLLING_RADIUS,
+    circle_error,
+    gaussians,
+    integrators,
+    slider_error,
+)
 from taut.report.judgment import LOOSE, NEWTON_TOLERANCE, TIGHT, Row, once
 from taut.report.pendulum.measures import MAX_TENSION, end_distance
 from taut.results import Results
@@ -13,6 +19,9 @@ REDUNDANT, ROLLING, DRIVEN = "redundant", "rolling_disc", "slider_crank"
 COPIES = 3
 # W = I and W = M.
 WEIGHTS = ("present-identity", "present")
+# Examples, and the integrators that they bring.
+SHAPES, ACTUATOR = "shapes", "actuator"
+BROUGHT = ("rk4", "newmark")
 
 
 def redundancy(results: Results) -> Claim:
@@ -114,11 +123,87 @@ def rheonomic(results: Results) -> Claim:
     )
 
 
+def least_functional(results: Results) -> Claim:
+    """Judges 'the proposed approach minimizes the functional' of Eq. (15)."""
+    of_run, least = gaussians(results.case(f"{TIGHT}_standard").run("present"))
+    scale = float(least.max())
+    apart = float(np.max(np.abs(of_run - least))) / scale
+    return Claim(
+        "The proposed approach minimizes the functional G of Eq. (15) under its constraints.",
+        "Pendulum: G by differences of the run’s velocities and positions is within "
+        f"{number(apart)} of its largest value, {number(scale, 3, 'J/s²')}, of the least one that the "
+        "geometry of the circle allows, at all times.",
+        strict=(Held("at a strict tolerance", apart < 1e-3),),
+        otherwise="it is not the least",
+    )
+
+
+def poor_shapes(results: Results) -> Claim:
+    """Judges Sect. 3.4.2: A X of lower rank, though A and X have full rank; 'mildly inconsistent'."""
+    alike, apart = (line.split() for line in results.printed(SHAPES)[-2:])
+    met = alike[1:3] == apart[1:3] == ["2", "1"] and float(alike[3]) <= NEWTON_TOLERANCE < float(apart[3])
+    return Claim(
+        "Ritz forms may leave A X without full rank although A and X have it; then the constraints might not "
+        "be satisfied within the tolerance: they become mildly inconsistent.",
+        f"Three masses in two shapes, two of them held: A has rank {alike[1]}, A X rank {alike[2]}. Held "
+        f"alike, |φ| of {number(float(alike[3]), unit='m')} is left; held "
+        f"{number(float(apart[0]), unit='m')} apart, {number(float(apart[3]), unit='m')} of each, "
+        "which is refused unless it is asked for.",
+        once(met),
+        otherwise="the ranks are others, or what can be met is not",
+        remark=f"example `{SHAPES}`",
+    )
+
+
+def other_states(results: Results) -> Claim:
+    """Judges Sect. 3.5: 'the projection does not affect any non-mechanical part w of the state'."""
+    position, current, moved = results.printed(ACTUATOR)[-3:]
+    errors = [abs(float(a) - float(b)) for a, b in (line.split()[-2:] for line in (position, current))]
+    x, v, w = (float(word) for word in moved.split()[-3:])
+    return Claim(
+        "The projection affects the mechanical states alone, and no non-mechanical part w of the state.",
+        f"A coil pulls a bead along a wire: a state beside the wire is moved by {number(x, unit='m')}, "
+        f"its velocity by {number(v, unit='m/s')}, the current w by {number(w)}; in motion the bead is off "
+        f"its closed form by {number(errors[0], unit='m')}, w by {number(errors[1], unit='A')}.",
+        once(min(x, v) > 0.0 and w == 0.0 and max(errors) < 1e-7),
+        otherwise="w is moved, or is not what it is without the constraint",
+        remark=f"example `{ACTUATOR}`",
+    )
+
+
+def little_intrusion(results: Results) -> Claim:
+    """Judges 'a simple, little-intrusive means to enforce constraints into existing implementations'."""
+    rows = [
+        row
+        for name in BROUGHT
+        for row in integrators(results, name)
+        if not row["integrator"].startswith("taut")
+    ]
+    worst = max(float(row[level]) for row in rows for level in ("phi", "phidot"))
+    error = max(float(row["error"]) for row in rows)
+    names = listed(sorted({row["integrator"] for row in rows}))
+    problems = listed(sorted({row["problem"] for row in rows}))
+    return Claim(
+        "The intrusiveness is minimal: constraints are added to implementations of purely differential "
+        "problems, which stay what they are.",
+        f"{names}, written for y’ = f(t, y), with the right-hand side and one call behind each step: "
+        f"{problems} with violations up to {number(worst)} and motions off by up to "
+        f"{number(error, unit='m')}.",
+        once(worst <= 10 * NEWTON_TOLERANCE and error < 1e-3),
+        otherwise="they do not comply, or move otherwise",
+        remark="examples " + listed([f"`{name}`" for name in BROUGHT]),
+    )
+
+
 CLAIMS = (
+    Row(least_functional, cases=(f"{TIGHT}_standard",)),
     Row(redundancy, cases=(REDUNDANT, f"{TIGHT}_standard")),
     Row(least_norm, cases=(REDUNDANT,)),
     Row(mu_of_exact_integration, cases=(f"{LOOSE}_standard", f"{TIGHT}_standard")),
     Row(arbitrary_weight, cases=(ROLLING,)),
     Row(nonholonomic, cases=(ROLLING,)),
     Row(rheonomic, cases=(DRIVEN,)),
+    Row(poor_shapes, prints=(SHAPES,)),
+    Row(other_states, prints=(ACTUATOR,)),
+    Row(little_intrusion, prints=BROUGHT),
 )

@@ -1,14 +1,18 @@
 """What the paper says about the modal models of the swing (Sects. 4.2 and 5) and what taut gives."""
 
+import numpy as np
+
 from taut.formats import count, number, percent
 from taut.report.document import Claim, Held
-from taut.report.judgment import NEWTON_TOLERANCE, Row, once
-from taut.report.swing.measures import BEFORE, apart, event_time, violations
+from taut.report.judgment import NEWTON_TOLERANCE, Row, once, paper_and_strict
+from taut.report.swing.measures import BEFORE, apart, event_time, strain_energies, violations
 from taut.results import Results
 
 # The cap on the step of the modal models [s].
 CAP = 1e-3
 MODAL_STEPS, SIMPLE_STEPS = (23075, 28103), 1103
+# The transient, and where the vibrations that it leaves begin, after the event [s].
+TRANSIENT = 0.02
 # How far from the beam of elements four modes are before the event, at most [m].
 CLOSE = 2e-3
 
@@ -174,6 +178,47 @@ def axial_mode(results: Results) -> Claim:
     )
 
 
+def transient(results: Results) -> Claim:
+    """Judges 'the axial mode is expected to dominate the transient when the mass abruptly reverts'."""
+    shares, told = [], []
+    for name in ("2b", "2b_tight"):
+        t, energies = strain_energies(results, name)
+        event = event_time(results, name, "2b_tight") or BEFORE
+        before = energies[:, t < BEFORE]
+        during = energies[:, (t >= event) & (t <= event + TRANSIENT)]
+        peak = during[:, np.argmax(during[-1])]
+        shares.append(float(peak[-1] / peak.sum()))
+        told.append(
+            f"{percent(shares[-1])} of the beam’s strain energy when it peaks, within "
+            f"{1e3 * TRANSIENT:g} ms of the event ({number(float(during[-1].max()), unit='J')}, "
+            f"up to {BEFORE:g} s at most {number(float(before[-1].max()), unit='J')})"
+        )
+    return Claim(
+        "The axial mode is expected to dominate the transient when the mass abruptly reverts its motion …",
+        f"It has {told[0]}; at a strict tolerance {told[1]}.",
+        **paper_and_strict(*(share > 0.5 for share in shares)),
+        otherwise="less than half",
+    )
+
+
+def free_vibrations(results: Results) -> Claim:
+    """Judges '... while the bending modes are expected to dominate the free vibrations of the beam'."""
+    shares = []
+    for name in ("2b", "2b_tight"):
+        t, energies = strain_energies(results, name)
+        event = event_time(results, name, "2b_tight") or BEFORE
+        mean = energies[:, t > event + TRANSIENT].mean(axis=1)
+        shares.append(float(mean[:-1].sum() / mean.sum()))
+    return Claim(
+        "… while the bending modes are expected to dominate the free vibrations.",
+        f"Later than {number(1e3 * TRANSIENT, unit='ms')} after the event they have {percent(shares[0])} of "
+        f"the strain energy on the average, at a strict tolerance {percent(shares[1])}: nothing damps the "
+        "axial mode.",
+        **paper_and_strict(*(share > 0.5 for share in shares)),
+        otherwise="the axial mode has more than half",
+    )
+
+
 def simple_drift(results: Results) -> Claim:
     """Judges 'even when the axial mode is removed, the proposed stabilization performs relatively well'."""
     drift = results.case("3a").number("baseline", "max_phi")
@@ -212,5 +257,7 @@ MODAL_CLAIMS = (
     Row(at_the_cap, cases=("3b",)),
     Row(small_overhead, cases=("2b",)),
     Row(close_to_beam, F8, ("1b", "2b")),
+    Row(transient, cases=("2b", "2b_tight", "table1")),
+    Row(free_vibrations, cases=("2b", "2b_tight", "table1")),
     Row(axial_mode, F8, ("2b", "3b")),
 )

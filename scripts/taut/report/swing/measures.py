@@ -144,6 +144,16 @@ def modes(results: Results, case: str = "table1") -> list[tuple[int, float]]:
     return found
 
 
+def strain_energies(results: Results, name: str) -> tuple[Array, Array]:
+    """Returns t and the energy with which each mode of Table 1 strains the beam: (modes, points) [J].
+
+    Modes have unit mass: q^2 omega^2/2.
+    """
+    run = results.case(name).run("present")
+    rates = [2 * np.pi * frequency for _, frequency in modes(results)]
+    return run["t"], np.array([(rate * run[f"q{i}"]) ** 2 / 2 for i, rate in enumerate(rates, start=1)])
+
+
 def mode_shape(results: Results, mode: int, column: str) -> tuple[Array, Array]:
     """Returns x [m] and a column of a mode's shape, scaled to a largest value of one, positive at first."""
     table = results.case("table1").table("shapes.csv")
