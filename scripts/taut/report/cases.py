@@ -12,6 +12,8 @@ from taut.errors import TautError
 from taut.programs import ONE_THREAD, last_line
 from taut.report.methods.measures import CASES as SIDE_BY_SIDE
 
+# What takes longest, explicit steps of fine meshes, begins first: all else is done beside it.
+LONGEST = ("mesh64", "mesh32")
 # Cases whose runs may end before their time: how each one ended is a result, which the report reads.
 ENDS_ARE_RESULTS = frozenset(SIDE_BY_SIDE)
 
@@ -30,8 +32,9 @@ class Job:
 
 
 def find(folder: Path, programs: Path) -> list[Job]:
-    """Returns the jobs for all case files below a folder; the swing's, which take longest, come first."""
+    """Returns the jobs for all case files below a folder; those that take longest come first."""
     paths = sorted(folder.glob("*/*.nml"), reverse=True)
+    paths.sort(key=lambda path: LONGEST.index(path.stem) if path.stem in LONGEST else len(LONGEST))
     jobs = [Job(programs / path.parent.name, path) for path in paths]
     if not jobs:
         raise TautError(f"{folder} has no case files (*/*.nml)")

@@ -123,7 +123,7 @@ def in_space(axes: Axes, model: Model) -> None:
         axes,
         np.stack([0.055 * np.cos(turn), 0.055 * np.sin(turn), 0 * turn + 0.13], axis=-1),
         r"$\Omega$",
-        (-2, 7),
+        (-14, 4),
     )
     up = np.linspace(0.05, 0.34, 30)
     flap = np.stack([model["x_beta"] + 0.38 * np.cos(up), 0 * up + EDGES[0], 0.38 * np.sin(up)], axis=-1)

@@ -114,7 +114,7 @@ def polar_path(run: Run, pieces: int = 12) -> tuple[Array, Array]:
 
 def errors(axes: Axes, runs: dict[str, Run], column: str) -> None:
     """Draws violations over time on a logarithmic scale, those of 'present' before its replacement too."""
-    limits = (1e-17, 1e-1)
+    limits = (1e-18, 1e-1)
     style.round_off_band(axes, limits[0])
     for method, run in runs.items():
         look = style.method_style(method)

@@ -90,7 +90,9 @@ def mesh_figure(results: Results) -> Figure:
             look = {"color": color, "marker": one.marker, "linestyle": one.dashes, "markersize": 5}
             axes.loglog(list(cases), found[:, i], linewidth=1.2, **look, **filled)
     for i, (t, color) in enumerate(zip(INSTANTS, colors, strict=True)):
-        text = {"xytext": (-8, 0), "textcoords": "offset points", "ha": "right", "va": "center"}
+        # The last two lie close together.
+        up = {len(INSTANTS) - 1: 3, len(INSTANTS) - 2: -3}.get(i, 0)
+        text = {"xytext": (-8, up), "textcoords": "offset points", "ha": "right", "va": "center"}
         first = errors(results, IMPLICIT.case.format(MESHES[0]))[i]
         axes.annotate(f"{t:g} s", (MESHES[0], first), color=color, **text)
     guide = np.array([8.0, 64.0])
@@ -121,21 +123,25 @@ def _over_elements(axes: Axes) -> None:
     axes.set(xlabel="two-node elements", ylabel="distance from the continuum [m]")
 
 
+# On which side of its points each series has their numbers of elements, so that no two meet.
+LABELS = (("left", (5, 4)), ("left", (6, 4)), ("right", (-6, -9)))
+
+
 def cost_figure(results: Results) -> Figure:
     """Draws the error before and after the event over what a run has taken."""
     layout = ConstrainedLayoutEngine(w_pad=0.05, h_pad=0.05)
     figure, panels = plt.subplots(1, 2, figsize=(8.0, 4.1), layout=layout, sharex=True)
     for axes, t in zip(panels, (BEFORE, INSTANTS[-1]), strict=True):
         at = INSTANTS.index(t)
-        for one in SERIES:
+        for one, (side, place) in zip(SERIES, LABELS, strict=True):
             cases = one.cases(results)
             seconds = [results.case(name).number("present", "wall_seconds") for name in cases.values()]
             found = [errors(results, name)[at] for name in cases.values()]
             look = {"color": one.color, "marker": one.marker, "linestyle": one.dashes, "markersize": 5}
             axes.loglog(seconds, found, linewidth=1.2, **look)
             for n, x, y in zip(cases, seconds, found, strict=True):
-                place = {"xytext": (5, 4), "textcoords": "offset points", "fontsize": 8.5}
-                axes.annotate(str(n), (x, y), color=one.color, **place)
+                text = {"xytext": place, "textcoords": "offset points", "fontsize": 8.5, "ha": side}
+                axes.annotate(str(n), (x, y), color=one.color, **text)
         axes.set(title=f"At {t:g} s", xlabel="time of the run to 1.0 s [s]")
     panels[0].set_ylabel("distance from the continuum [m]")
     handles = [
