@@ -81,7 +81,7 @@ def cited() -> Table:
     return Table(
         "Every method that the paper cites as one that enforces constraints.",
         ("The paper cites", "Where", "Here"),
-        tuple((what, where, ", ".join(names[label] for label in labels)) for what, where, labels in CITED),
+        tuple((what, where, "; ".join(names[label] for label in labels)) for what, where, labels in CITED),
         text_columns=3,
     )
 
