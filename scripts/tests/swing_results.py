@@ -8,7 +8,7 @@ import numpy as np
 from taut.report.swing.measures import BEAM, MARKERS, reference
 
 COLUMNS = "t,h,x,vx,phi,phidot,phiddot,phi_raw,phidot_raw,energy,mu1,mu2,lambda1,lambda2,rank," + ",".join(
-    f"{m}{axis}" for m in MARKERS for axis in "xyz"
+    [f"{m}{axis}" for m in MARKERS for axis in "xyz"] + ["q1", "q2", "q3", "q4"]
 )
 SUMMARY = (
     "case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,jacobians,"
@@ -43,6 +43,9 @@ class Swung:
     # The violation's rate from 0.65 s on, in multiples of what it is before.
     jump: float = 100.0
     status: str = "reached-end"
+    # The axial amplitude when it peaks behind the event, and what stays of it.
+    axial: float = 1e-4
+    ringing: float = 0.0
     # Which of the reference curves it is on, and its Jacobians.
     curve: int = 4
     jacobians: int = 0
@@ -131,7 +134,8 @@ def history(made: Swung) -> np.ndarray:
     columns += [made.energy * np.minimum(t / 0.256, 1.0) ** 2, none, none, force, none, 2 * one]
     for m in MARKERS:
         columns += [run[f"{m}x"][: len(t)], run[f"{m}y"][: len(t)] + off, none]
-    return np.column_stack(columns)
+    axial = made.axial * np.exp(-(((t - 0.65) / 5e-3) ** 2)) + np.where(t > 0.65, made.ringing, 0.0)
+    return np.column_stack([*columns, 0.01 * one, none, none, axial])
 
 
 def write_frequencies(folder: Path, rows: tuple[tuple[str, str, str], ...]) -> None:
