@@ -62,9 +62,9 @@ PRINTED = {
     ),
 } | {
     name: (
-        " problem          integrator    steps      rhs jacobian time [ms]      phi   phidot  phiddot    error",
-        f"pendulum {integrator:>19}     8000    32000        0    27.40  8.9E-15  4.4E-16  1.1E-14  1.8E-10",
-        "pendulum         taut dopri5      103      620        0      0.4  7.0E-13  4.4E-16  7.1E-15  2.1E-09",
+        " problem      integrator    steps      rhs jacobian time [ms]      phi   phidot  phiddot    error",
+        f"pendulum {integrator:>14}     8000    32000        0    27.40  8.9E-15  4.4E-16  1.1E-14  1.8E-10",
+        "pendulum     taut dopri5      103      620        0      0.4  7.0E-13  4.4E-16  7.1E-15  2.1E-09",
     )
     for name, integrator in (("rk4", "RK4"), ("newmark", "Newmark"))
 }

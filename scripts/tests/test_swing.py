@@ -230,6 +230,15 @@ def test_the_axial_mode(again: Results) -> None:
     assert judged(again, swing_claims_modal.axial_mode, run_3b=other).verdict is NO
 
 
+def test_the_transient_and_what_follows(again: Results) -> None:
+    assert swing_claims_modal.transient(again).verdict is YES
+    assert swing_claims_modal.free_vibrations(again).verdict is YES
+    small = {f"run_{name}": wider(name, axial=1e-6) for name in ("2b", "2b_tight")}
+    assert judged(again, swing_claims_modal.transient, **small).verdict is NO
+    rings = {f"run_{name}": wider(name, ringing=1e-4) for name in ("2b", "2b_tight")}
+    assert judged(again, swing_claims_modal.free_vibrations, **rings).verdict is NO
+
+
 def test_counts_without_the_axial_mode(again: Results) -> None:
     claim = judged(again, swing_claims_modal.simple_counts, run_3b=wider("3b", steps=1004))
     assert claim.verdict is NO
