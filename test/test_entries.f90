@@ -187,7 +187,7 @@ contains
       call refuse(failure, 'shape = rod', 'shape = rod cannot be read|quotation')
       call refuse(failure, 'shape = "rod" "rod"', 'more than one')
       call refuse(failure, 'shape = "rod"x', 'nothing between them')
-      call refuse(failure, 'inertia = 1, 2, 3, 4', 'not 3 or 6 numbers')
+      call refuse(failure, 'inertia = 1, 2, 3, 4', 'takes 3 or 6 numbers')
       call refuse(failure, 'modes = 1, 2, 3, 4, 5', 'more than 4 integers')
       call refuse(failure, 'shown = "a name that is too long"', 'longer than 12 characters')
       call refuse(failure, 'name = "joint", mass = -1', '&sample "joint": mass = -1')
