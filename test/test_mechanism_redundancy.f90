@@ -108,6 +108,11 @@ contains
                   pin('C', 'coupler', 'rocker', '2.2,0,1.2')//pin('D', 'ground', 'rocker', '2,0,0'), 17, &
                   'A, B, C, D: two rotations across the parallel axes (0, 1, 0) and one shift along them are prevented twice', &
                   'force along, moment across of A, B, C, D; unique: force across')
+      call expect('&gravity /'//lf//'&body name = "set", shape = "cylinder", radius = 0.05, mass = 2, from = 0,-0.7,0.5, '// &
+                  'to = 0,0.7,0.5, velocity = 1,0,0, angular_velocity = 0,2,0 /'//lf//disc('left', '0,0.7,0.5')// &
+                  disc('right', '0,-0.7,0.5'), 5, &
+                  'left, right: one shift along the parallel axes (0, 1, 0) is prevented twice', &
+                  'force along, moment across of left, right; unique: force across, moment along')
       call expect('&gravity /'//lf//'&body name = "rod'//rod//'0,0,0, to = 1,0,0 /'//lf//pin('hinge', 'ground', 'rod', '0,0,0')// &
                   '&point_mass name = "road", mass = 1, position = 0,2,0 /'//lf// &
                   '&joint name = "slide", type = "prismatic", body_2 = "road", point = 0,2,0, axis = 1,0,0 /'//lf, 7, &
@@ -116,6 +121,13 @@ contains
                   'of freedom')
 
    contains
+
+      function disc(name, center) result(text)
+         character(*), intent(in) :: name, center
+         character(:), allocatable :: text
+
+         text = '&rolling name = "'//name//'", body = "set", radius = 0.5, axis = 0,1,0, center = '//center//' /'//lf
+      end function disc
 
       function pin(name, one, two, point) result(text)
          character(*), intent(in) :: name, one, two, point
