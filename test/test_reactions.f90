@@ -1,7 +1,8 @@
 !> Forces that depend on reactions, and events that see them.
 module test_reactions
-   use taut, only: block_diagonal_t, constrained_ode_t, error_t, integration_options_t, integration_result_t, method_t, new_ritz, &
-                   observer_t, ode_system_t, ritz_t, sample_t, simulate, state_t, status_event, tabulated_system_t, wp
+   use taut, only: assignment(=), automatic_system_t, block_diagonal_t, constrained_ode_t, error_t, integration_options_t, &
+                   integration_result_t, jet_state_t, jet_t, method_t, new_ritz, norm2, observer_t, ode_system_t, operator(-), &
+                   ritz_t, sample_t, simulate, state_t, status_event, tabulated_system_t, wp
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -61,6 +62,15 @@ module test_reactions
       procedure :: reaction_force => silent_reaction_force
    end type silent_t
 
+   !> A pendulum of 1 m and 1 kg that is braked by what its rod carries, as `reaction_force` or by a formula for that.
+   type, extends(automatic_system_t) :: braked_t
+      logical :: by_formula = .false.
+   contains
+      procedure :: phi => braked_phi
+      procedure :: force => braked_force
+      procedure :: reaction_force => braked_reaction_force
+   end type braked_t
+
 contains
 
    !> All tests of this module.
@@ -69,6 +79,7 @@ contains
 
       tests = [new_test('a block slides down a rough incline', slides), &
                new_test('a block that is slow enough creeps and does not slide', creeps), &
+               new_test('a pendulum is braked by what it carries, with explicit and implicit steps', braked), &
                new_test('reactions that act on themselves are consistent', consistent), &
                new_test('where friction jams it is said', jams), &
                new_test('forces of reactions are announced or refused', announced), &
@@ -321,6 +332,72 @@ contains
       call no_error(failure, error)
       call check_close(failure, norm2(at%v), system%slow*atanh(tan(system%slope)/system%friction), 1.0e-9_wp, 'velocity')
    end subroutine creeps
+
+   subroutine braked_phi(self, at, value)
+      class(braked_t), intent(in) :: self
+      type(jet_state_t), intent(in) :: at
+      type(jet_t), intent(out) :: value(:)
+
+      value(1) = norm2(at%x) - 1.0_wp
+      associate (unused_system => self)
+      end associate
+   end subroutine braked_phi
+
+   subroutine braked_force(self, at, value)
+      class(braked_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: value(:)
+
+      value = [0.0_wp, -g]
+      if (self%by_formula) value = value + brake(at, dot_product(at%x, value)/norm2(at%x) + dot_product(at%v, at%v))
+   end subroutine braked_force
+
+   subroutine braked_reaction_force(self, at, lambda, value)
+      class(braked_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(in) :: lambda(:)
+      real(wp), intent(out) :: value(:)
+
+      value = 0.0_wp
+      if (.not. self%by_formula) value = brake(at, lambda(1))
+   end subroutine braked_reaction_force
+
+   !> Coulomb's law with a coefficient of 0.8.
+   pure function brake(at, lambda) result(force)
+      type(state_t), intent(in) :: at
+      real(wp), intent(in) :: lambda
+      real(wp) :: force(2), forth(2)
+
+      forth = [-at%x(2), at%x(1)]/norm2(at%x)
+      force = -0.8_wp*abs(lambda)*tanh(dot_product(forth, at%v)/1.0e-3_wp)*forth
+   end function brake
+
+   !> lambda grows with the square of the velocity, and the brake with lambda; it is soft, but stiff for explicit steps.
+   subroutine braked(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(braked_t) :: system
+      type(state_t) :: at, expected
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      character(*), parameter :: integrators(2) = [character(6) :: 'dopri5', 'radau']
+      integer :: i
+
+      call system%define(n=2, c=1, mass_blocks=[1, 1], reactive=.true.)
+      system%diagonal_mass = [1.0_wp, 1.0_wp]
+      system%by_formula = .true.
+      expected = state_t(x=[1.0_wp, 0.0_wp], v=[0.0_wp, 0.0_wp])
+      call simulate(system, expected, 2.0_wp, result, error, options=integration_options_t('dopri5', 1.0e-10_wp, 1.0e-11_wp))
+      call no_error(failure, error)
+      system%by_formula = .false.
+      do i = 1, 2
+         at = state_t(x=[1.0_wp, 0.0_wp], v=[0.0_wp, 0.0_wp])
+         call simulate(system, at, 2.0_wp, result, error, options=integration_options_t(integrators(i), 1.0e-8_wp, 1.0e-9_wp))
+         call no_error(failure, error)
+         if (allocated(failure)) return
+         call check_close(failure, maxval(abs([at%x, at%v] - [expected%x, expected%v])), 0.0_wp, 1.0e-6_wp, integrators(i))
+      end do
+      call check(failure, result%steps < 500 .and. result%newton_iterations < 6*result%steps, 'iterations of implicit steps')
+   end subroutine braked
 
    !> (1 - A B) lambda = A f.
    subroutine consistent(failure)

@@ -41,7 +41,7 @@ program hanging_chain
    type(start_report_t) :: start
    type(integration_result_t) :: result
    type(error_t), allocatable :: error
-   real(wp) :: energy
+   real(wp) :: energy, violation(2)
    integer :: i, n
    do n = 5, 20, 15
       call chain%define(n=n, c=2)
@@ -53,7 +53,8 @@ program hanging_chain
       energy = chain%energy(at)
       call simulate(chain, at, 30.0_wp, result, error)
       if (allocated(error)) error stop 1
-      print '(i3, 3a, i0, a, es8.1)', n, ' links, ', status_name(result%status), ': ', result%steps, ' steps, energy off by ', &
-         chain%energy(at)/energy - 1.0_wp
+      call chain%constraint(at, violation)
+      print '(i3, 3a, i0, 2(a, es8.1))', n, ' links, ', status_name(result%status), ': ', result%steps, ' steps, phi ', &
+         maxval(abs(violation)), ', energy off by ', chain%energy(at)/energy - 1.0_wp
    end do
 end program hanging_chain

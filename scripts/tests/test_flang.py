@@ -15,14 +15,22 @@ from conftest import ROOT
 from debian import NoPackageError, install, nothing_to_test
 
 COMPILER = "flang-new-22"
-PROJECT = f"""\
+PROJECT = """\
 name = "second"
 
 [build]
 link = ["lapack", "blas"]
 
 [dependencies]
-taut = {{ path = "{ROOT.as_posix()}" }}
+taut = { path = "TAUT" }
+
+[[executable]]
+name = "pendulum"
+main = "pendulum.f90"
+
+[[executable]]
+name = "hanging_chain"
+main = "hanging_chain.f90"
 """
 
 
@@ -60,7 +68,8 @@ def second(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "app").mkdir()
     for file in ("app/pendulum.f90", "cases/examples/hanging_chain.f90"):
         shutil.copy(ROOT / file, folder / "app")
-    (folder / "fpm.toml").write_text(PROJECT, encoding="utf-8")
+    taut = Path(os.path.relpath(ROOT, folder)).as_posix()  # fpm wants it relative
+    (folder / "fpm.toml").write_text(PROJECT.replace("TAUT", taut), encoding="utf-8")
     fpm(folder, "build")
     return folder
 

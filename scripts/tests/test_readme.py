@@ -215,6 +215,7 @@ def test_example_of_a_chain_keeps_its_energy(said: Callable[[str], list[str]]) -
     lines = [line for line in said("hanging_chain") if "reached-end" in line]
     assert [line.split()[0] for line in lines] == ["5", "20"]
     assert all(abs(float(line.split()[-1])) < 1e-4 for line in lines)
+    assert all(float(line.split("phi ")[1].split(",")[0]) <= 1e-12 for line in lines)
 
 
 def test_example_of_an_arm_has_the_smallest_rates(said: Callable[[str], list[str]]) -> None:
