@@ -9,6 +9,7 @@ module test_extremes
    use taut_case_settings, only: settings_t
    use taut_constrained_simulate, only: simulation_t
    use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: magnitude_t
    use taut_error, only: error_t
    use taut_kinds, only: wp
    use taut_model_mechanism, only: mechanism_t
@@ -44,6 +45,7 @@ contains
       type(test_t), allocatable :: tests(:)
 
       tests = [new_test('the pull at the bottom of a swing', at_the_bottom), &
+               new_test('sizes of reactions are those of their multipliers', sizes), &
                new_test('between the ends of long steps', inside_steps), &
                new_test('in a window', in_window), &
                new_test('behind a jump of a load', behind_jump), &
@@ -142,6 +144,61 @@ contains
       call check_close(failure, extreme(recorder, 'hinge.force_max'), 24.525_wp, 1.0e-6_wp, 'force of the hinge')
       call check(failure, index(recorder%extremes%names(), 'moment') == 0, 'a hinge in the plane has no moment')
    end subroutine at_the_bottom
+
+   !> Of every type of joint in space: the norm of its multipliers is that of its force, and of its moment.
+   subroutine sizes(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(*), parameter :: types(10) = [character(len=11) :: 'distance', 'spherical', 'revolute', 'prismatic', &
+                                              'cylindrical', 'universal', 'planar', 'fixed', 'in-line', 'coordinate']
+      type(namelist_file_t) :: file
+      type(mechanism_t) :: model
+      type(mechanism_report_t) :: report
+      type(settings_t) :: settings
+      type(state_t) :: start
+      type(error_t), allocatable :: error
+      type(magnitude_t), allocatable :: list(:)
+      real(wp), allocatable :: lambda(:), values(:)
+      character(:), allocatable :: text, what
+      integer :: i, j
+
+      text = '&mechanism / &function name="g" kind="ramp" rate=0.1 /'//lf
+      do i = 1, size(types)
+         text = text//'&body name="b'//achar(96 + i)//'" mass=1 inertia=1,1,1 position=1,2,3 /'//lf// &
+                '&joint name="'//achar(96 + i)//'" type="'//trim(types(i))//'" body_2="b'//achar(96 + i)//'"'
+         select case (types(i))
+         case ('distance')
+            text = text//' point_1=0.3,0.1,0.2 point_2=1.1,2.1,3.4'
+         case ('spherical', 'fixed')
+            text = text//' point=0.4,0.5,0.6'
+         case ('revolute', 'cylindrical')
+            text = text//' point=0.4,0.5,0.6 axis=1,2,2 drive_angle="g"'
+         case ('prismatic')
+            text = text//' point=0.4,0.5,0.6 axis=1,2,2 drive="g"'
+         case ('universal')
+            text = text//' point=0.4,0.5,0.6 axis_1=1,2,2 axis_2=2,-1,0'
+         case default
+            text = text//' point=0.4,0.5,0.6 axis=1,2,2'
+         end select
+         text = text//' /'//lf
+      end do
+      call load(text, file, error)
+      if (.not. allocated(error)) call read_mechanism(file, model, start, settings, report, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      allocate (values(model%n_outputs))
+      lambda = [(sin(1.7_wp*i), i=1, model%c)]
+      start%t = 0.0_wp
+      call model%outputs(start, lambda, values)
+      list = model%magnitudes()
+      call check(failure, size(list) >= 16, 'forces and moments are missing')
+      do i = 1, size(list)
+         what = list(i)%name(3:3)
+         do j = 1, model%n_outputs
+            if (model%output_name(j) == list(i)%name(:2)//what//'x') exit
+         end do
+         call check_close(failure, norm2(lambda(list(i)%rows)), norm2(values(j:j + 2)), 1.0e-12_wp, trim(list(i)%name))
+      end do
+   end subroutine sizes
 
    !> Amplitude 0.5 of an oscillation of which a step is a good part.
    subroutine inside_steps(failure)

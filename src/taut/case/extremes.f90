@@ -7,7 +7,7 @@ module taut_case_extremes
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
-   use taut_case_columns, only: column_count, column_name, column_value, of_whole_sample
+   use taut_case_columns, only: column_count, column_name, column_value, of_whole_sample, rank_column
    use taut_case_csv, only: csv_field
    use taut_case_row, only: row_t
    use taut_case_settings, only: extreme_t
@@ -20,7 +20,7 @@ module taut_case_extremes
    private
    public :: extremes_t, extreme_columns
 
-   !> Evaluations inside a step: one in its middle for all, and then so many for each value that may be an extreme.
+   !> Evaluations inside a step for all together: one in its middle, and so many more; for what is asked for by name, each of its own.
    integer, parameter :: refinements = 2
    !> Slopes at the ends of a step are known but for this part of those over it and over the one before.
    real(wp), parameter :: margin = 0.1_wp
@@ -38,20 +38,26 @@ module taut_case_extremes
       !> How many.
       integer :: n = 0
       type(extreme_t), allocatable, private :: asked(:)
-      !> Columns; the size of a vector among the outputs, from its first to its last, has none: (n), (2, n).
-      integer, allocatable, private :: column(:), vector(:, :)
+      !> Columns; the size of a vector has none, but multipliers, from one place of a list to another: (n), (2, n).
+      integer, allocatable, private :: column(:), vector(:, :), multipliers(:)
       !> Whether the smallest is asked for too: (n).
       logical, allocatable, private :: both(:)
-      !> Entries of {x; v; w}, and whether a column needs all of a sample.
+      !> Entries of {x; v; w}; whether a column needs all of a sample, or what the system computes besides.
       integer, private :: states = 0
-      logical, private :: whole = .false.
+      logical, private :: whole = .false., outputs = .false.
       !> Extremes so far, of the value and of its opposite, and their times [s]: (2, n).
       real(wp), allocatable, private :: best(:, :), t_best(:, :)
       !> The last two places and the values there: (2, n); how many there are since the motion last jumped: (n).
       real(wp), allocatable, private :: t_past(:, :), past(:, :)
       integer, allocatable, private :: known(:)
-      !> Values at the begin of a step that begins anew, at its end, in its middle, and elsewhere in it: (n).
-      real(wp), allocatable, private :: before(:), behind(:), middle(:), inside(:)
+      !> Values at the begin of a step that begins anew, at its end, and inside it: (n).
+      real(wp), allocatable, private :: before(:), behind(:), inside(:)
+      !> Where what is asked for ends in the step [s]: (n).
+      real(wp), allocatable, private :: ends(:)
+      !> What may be an extreme inside the step: how many places of it are known, 0 of all else, and the highest three with their
+      !! values: (2, n), (3, 2, n).
+      integer, allocatable, private :: places(:, :)
+      real(wp), allocatable, private :: x(:, :, :), v(:, :, :)
       type(sample_t), private :: sample
    contains
       procedure :: init
@@ -81,7 +87,7 @@ contains
       vectors = model%magnitudes()
       n = size(asked)
       if (magnitudes) n = n + size(vectors)
-      allocate (self%asked(n), self%column(n), self%vector(2, n), self%both(n))
+      allocate (self%asked(n), self%column(n), self%vector(2, n), self%both(n), self%multipliers(0))
       self%column(:) = 0
       self%vector(:, :) = 0
       k = 0
@@ -90,7 +96,7 @@ contains
          self%asked(k) = asked(i)
          self%both(k) = .true.
          do j = 1, size(vectors)
-            if (vectors(j)%name == asked(i)%column) self%vector(:, k) = [vectors(j)%first, vectors(j)%last]
+            if (vectors(j)%name == asked(i)%column) call take_vector(self, k, vectors(j)%rows)
          end do
          if (self%vector(1, k) == 0) call find_column(model, vectors, asked(i)%column, self%column(k), error)
          if (allocated(error)) return
@@ -101,19 +107,30 @@ contains
             k = k + 1
             self%asked(k)%name = trim(vectors(i)%name)
             self%both(k) = .false.
-            self%vector(:, k) = [vectors(i)%first, vectors(i)%last]
+            call take_vector(self, k, vectors(i)%rows)
          end do
       end if
       self%n = k
       self%states = model%n_x + model%n + model%n_w
       do i = 1, k
-         if (self%column(i) > 0) self%whole = self%whole .or. of_whole_sample(model, self%column(i))
+         if (self%column(i) == 0) cycle
+         self%whole = self%whole .or. of_whole_sample(model, self%column(i))
+         self%outputs = self%outputs .or. self%column(i) > rank_column(model)
       end do
       allocate (self%best(2, k), source=-huge(1.0_wp))
-      allocate (self%t_best(2, k), self%t_past(2, k), self%past(2, k), self%before(k), self%behind(k), self%middle(k), &
-                self%inside(k), source=0.0_wp)
-      allocate (self%known(k), source=0)
+      allocate (self%t_best(2, k), self%t_past(2, k), self%past(2, k), self%before(k), self%behind(k), self%inside(k), &
+                self%ends(k), self%x(3, 2, k), self%v(3, 2, k), source=0.0_wp)
+      allocate (self%known(k), self%places(2, k), source=0)
    end subroutine init
+
+   !> Takes the multipliers of a vector.
+   pure subroutine take_vector(self, k, rows)
+      type(extremes_t), intent(inout) :: self
+      integer, intent(in) :: k, rows(:)
+
+      self%vector(:, k) = [size(self%multipliers) + 1, size(self%multipliers) + size(rows)]
+      self%multipliers = [self%multipliers, rows]
+   end subroutine take_vector
 
    !> The column of a name.
    subroutine find_column(model, vectors, name, column, error)
@@ -155,7 +172,7 @@ contains
       real(wp), intent(in) :: t_last
       !> A state that cannot be evaluated.
       type(error_t), allocatable, intent(inout) :: error
-      real(wp) :: begin, end, t_middle
+      real(wp) :: begin
       integer :: i, k
       logical :: there
 
@@ -164,10 +181,10 @@ contains
          call evaluate(self, ode, step, step%t, self%before, error)
          self%known(:) = 0
       end if
-      t_middle = huge(1.0_wp)
+      if (allocated(error)) return
       do i = 1, self%n
-         if (allocated(error)) return
-         call find_overlap(step, t_last, self%asked(i), begin, end, there)
+         call find_overlap(step, t_last, self%asked(i), begin, self%ends(i), there)
+         self%places(:, i) = 0
          if (.not. there) then
             self%known(i) = 0
             cycle
@@ -180,16 +197,19 @@ contains
                call keep(self, i, begin, self%inside(i))
             end if
          end if
-         if (allocated(error) .or. .not. abs(end - begin) > 0.0_wp) cycle
-         if (abs(end - t_last) > 0.0_wp) then
-            call evaluate(self, ode, step, end, self%inside, error)
+         if (abs(self%ends(i) - t_last) > 0.0_wp .and. .not. allocated(error)) then
+            call evaluate(self, ode, step, self%ends(i), self%inside, error)
             self%behind(i) = self%inside(i)
          end if
+         if (allocated(error)) return
          do k = 1, merge(2, 1, self%both(i))
-            if (allocated(error)) return
-            if (may_be_inside(self, i, k, end)) call refine(self, ode, step, i, k, end, t_middle, error)
+            if (may_be_inside(self, i, k)) self%places(k, i) = 2
          end do
-         call keep(self, i, end, self%behind(i))
+      end do
+      if (any(self%places > 0)) call look_inside(self, ode, step, error)
+      do i = 1, self%n
+         if (self%known(i) > 0 .and. abs(self%ends(i) - self%t_past(2, i)) > 0.0_wp) &
+            call keep(self, i, self%ends(i), self%behind(i))
       end do
    end subroutine follow
 
@@ -235,13 +255,13 @@ contains
 
       subroutine at_state(y)
          real(wp), intent(in), contiguous :: y(:)
-         integer :: i
+         integer :: i, j
 
          if (self%whole) then
             call step%tell_integral(ode, t)
             call ode%sample(t, y, self%sample, info)
          else
-            call ode%sample_reactions(t, y, self%sample, info)
+            call ode%sample_reactions(t, y, self%outputs, self%sample, info)
          end if
          if (info /= rhs_ok) then
             call refuse()
@@ -251,7 +271,11 @@ contains
             if (self%column(i) > 0) then
                values(i) = column_value(self%column(i), self%states, t, step%h_tried, y, self%sample)
             else
-               values(i) = norm2(self%sample%outputs(self%vector(1, i):self%vector(2, i)))
+               values(i) = 0.0_wp
+               do j = self%vector(1, i), self%vector(2, i)
+                  values(i) = values(i) + self%sample%lambda(self%multipliers(j))**2
+               end do
+               values(i) = sqrt(values(i))
             end if
          end do
       end subroutine at_state
@@ -298,29 +322,28 @@ contains
 
    !> Whether a value may be more of an extreme inside the step than at its ends: by the tangents at both ends of the parabola
    !! through them and the place before, made steeper by what neighboring slopes differ.
-   pure logical function may_be_inside(self, i, k, end) result(answer)
+   pure logical function may_be_inside(self, i, k) result(answer)
       type(extremes_t), intent(in) :: self
       integer, intent(in) :: i, k
-      real(wp), intent(in) :: end
       real(wp) :: before, bend, first, h, last, slope, top, va, vb
 
+      answer = .false.
+      ! The first step behind a start or a jump is short.
+      if (self%known(i) < 2) return
+      h = self%ends(i) - self%t_past(2, i)
+      if (.not. abs(h) > 0.0_wp .or. .not. ieee_is_finite(self%behind(i))) return
       va = signs(k)*self%past(2, i)
       vb = signs(k)*self%behind(i)
-      h = end - self%t_past(2, i)
-      answer = .false.
-      if (self%known(i) == 0 .or. .not. ieee_is_finite(self%behind(i))) return
-      answer = self%known(i) == 1
-      if (answer) return
       ! Rises over a step: before it, and over it.
       slope = vb - va
       before = (va - signs(k)*self%past(1, i))*h/(self%t_past(2, i) - self%t_past(1, i))
-      bend = (slope - before)*h/(end - self%t_past(1, i))
+      bend = (slope - before)*h/(self%ends(i) - self%t_past(1, i))
       first = slope - bend + margin*(abs(slope) + abs(before))
       last = slope + bend - margin*(abs(slope) + abs(before))
       if (first <= 0.0_wp .or. last >= 0.0_wp) return
       ! Where both tangents meet.
       top = va + first*min(1.0_wp, (slope - last)/(first - last))
-      answer = top > worthwhile(self, i, k)
+      if (top > self%best(k, i)) answer = top > worthwhile(self, i, k)
    end function may_be_inside
 
    !> What is more of an extreme than what there is, by more than round-off.
@@ -336,61 +359,94 @@ contains
       end do
    end function worthwhile
 
-   !> Looks for an extreme inside a step: in its middle, and then where parabolas have their vertex.
-   subroutine refine(self, ode, step, i, k, end, t_middle, error)
+   !> Looks for extremes inside a step: in its middle, and then where the parabola has its vertex that promises most.
+   subroutine look_inside(self, ode, step, error)
       type(extremes_t), intent(inout) :: self
       class(constrained_ode_t), intent(inout) :: ode
       class(step_t), intent(inout) :: step
-      !> Which value, and which of its signs.
-      integer, intent(in) :: i, k
-      !> Where the step ends, or the time that is asked for [s].
-      real(wp), intent(in) :: end
-      !> Where `middle` was evaluated in this step, if it was [s].
-      real(wp), intent(inout) :: t_middle
       type(error_t), allocatable, intent(inout) :: error
-      real(wp) :: bend, h, left, right, t, vertex, v(3), x(3)
-      integer :: j
+      real(wp) :: gain, largest, t, t_next
+      integer :: i, k, left
 
-      h = end - self%t_past(2, i)
-      t = self%t_past(2, i) + 0.5_wp*h
-      if (abs(t - t_middle) > 0.0_wp) then
-         call evaluate(self, ode, step, t, self%middle, error)
+      left = 1 + refinements*max(1, count(self%places > 0 .and. spread(self%column > 0, 1, 2)))
+      do while (left > 0)
+         largest = 0.0_wp
+         do i = 1, self%n
+            do k = 1, 2
+               if (self%places(k, i) == 0) cycle
+               call promise(self, i, k, t, gain)
+               if (gain > largest) then
+                  largest = gain
+                  t_next = t
+               end if
+            end do
+         end do
+         if (.not. largest > 0.0_wp) return
+         call evaluate(self, ode, step, t_next, self%inside, error)
          if (allocated(error)) return
-         t_middle = t
-      end if
-      x = [0.0_wp, 0.5_wp, 1.0_wp]
-      v = signs(k)*[self%past(2, i), self%middle(i), self%behind(i)]
-      do j = 1, refinements
-         if (.not. all(ieee_is_finite(v))) return
-         if (j == 1) call try(self, i, t, self%middle(i))
+         do i = 1, self%n
+            do k = 1, 2
+               if (self%places(k, i) > 0) call take_in(self, i, k, t_next, self%inside(i))
+            end do
+         end do
+         left = left - 1
+      end do
+   end subroutine look_inside
+
+   !> Where a value is to be looked at next, and how much of an extreme it promises, as a part of what there is; 0: nothing.
+   pure subroutine promise(self, i, k, t, gain)
+      type(extremes_t), intent(in) :: self
+      integer, intent(in) :: i, k
+      real(wp), intent(out) :: t, gain
+      real(wp) :: bend, left, right, top, x(3)
+
+      gain = huge(1.0_wp)
+      t = 0.5_wp*(self%t_past(2, i) + self%ends(i))
+      if (self%places(k, i) == 2) return
+      gain = 0.0_wp
+      x = (self%x(:, k, i) - self%t_past(2, i))/(self%ends(i) - self%t_past(2, i))
+      associate (v => self%v(:, k, i))
          left = (v(2) - v(1))/(x(2) - x(1))
          right = (v(3) - v(2))/(x(3) - x(2))
          bend = (right - left)/(x(3) - x(1))
          if (bend >= 0.0_wp) return
-         vertex = 0.5_wp*(x(1) + x(2) - left/bend)
-         if (vertex <= 0.0_wp .or. vertex >= 1.0_wp .or. any(abs(vertex - x) < near)) return
-         if (v(1) + (vertex - x(1))*(left + (vertex - x(2))*bend) < worthwhile(self, i, k)) return
-         t = self%t_past(2, i) + vertex*h
-         call evaluate(self, ode, step, t, self%inside, error)
-         if (allocated(error) .or. .not. ieee_is_finite(self%inside(i))) return
-         call try(self, i, t, self%inside(i))
-         call take_in(vertex, signs(k)*self%inside(i), x, v)
-      end do
-   end subroutine refine
+         t = 0.5_wp*(x(1) + x(2) - left/bend)
+         if (t <= 0.0_wp .or. t >= 1.0_wp .or. any(abs(t - x) < near)) return
+         top = v(1) + (t - x(1))*(left + (t - x(2))*bend)
+      end associate
+      t = self%t_past(2, i) + t*(self%ends(i) - self%t_past(2, i))
+      if (top > worthwhile(self, i, k)) gain = (top - self%best(k, i))/max(abs(top), tiny(1.0_wp))
+   end subroutine promise
 
-   !> Takes a place in among three, and leaves the highest of the four with its neighbors.
-   pure subroutine take_in(place, value, x, v)
-      real(wp), intent(in) :: place, value
-      real(wp), intent(inout) :: x(3), v(3)
-      real(wp) :: all_v(4), all_x(4)
+   !> Takes a place in among those that are known, of which the highest stays with its neighbors.
+   pure subroutine take_in(self, i, k, t, value)
+      type(extremes_t), intent(inout) :: self
+      integer, intent(in) :: i, k
+      real(wp), intent(in) :: t, value
+      real(wp) :: all_v(4), all_x(4), begin, end
       integer :: first, n
 
-      n = count(x < place)
-      all_x = [x(:n), place, x(n + 1:)]
-      all_v = [v(:n), value, v(n + 1:)]
+      begin = self%t_past(2, i)
+      end = self%ends(i)
+      if ((t - begin)*(end - begin) <= 0.0_wp .or. (end - t)*(end - begin) <= 0.0_wp) return
+      if (.not. ieee_is_finite(value)) then
+         self%places(k, i) = 0
+         return
+      end if
+      call try(self, i, t, value)
+      if (self%places(k, i) == 2) then
+         self%x(:, k, i) = [begin, t, end]
+         self%v(:, k, i) = signs(k)*[self%past(2, i), value, self%behind(i)]
+         self%places(k, i) = 3
+         return
+      end if
+      if (any(abs(self%x(:, k, i) - t) <= near*abs(end - begin))) return
+      n = count((self%x(:, k, i) - t)*(end - begin) < 0.0_wp)
+      all_x = [self%x(:n, k, i), t, self%x(n + 1:, k, i)]
+      all_v = [self%v(:n, k, i), signs(k)*value, self%v(n + 1:, k, i)]
       first = max(1, min(2, maxloc(all_v, 1) - 1))
-      x = all_x(first:first + 2)
-      v = all_v(first:first + 2)
+      self%x(:, k, i) = all_x(first:first + 2)
+      self%v(:, k, i) = all_v(first:first + 2)
    end subroutine take_in
 
    !> Names of the columns of a summary that tell of extremes, a comma before each.

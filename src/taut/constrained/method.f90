@@ -642,15 +642,17 @@ contains
       end associate
    end subroutine sample
 
-   !> The multipliers lambda at a state, and what the system computes besides: at no further cost where the last evaluation was.
-   subroutine sample_reactions(self, t, y, s, info)
+   !> The multipliers lambda at a state, at no further cost where the last evaluation was, and what the system computes besides.
+   subroutine sample_reactions(self, t, y, outputs, s, info)
       !> The formulation.
       class(constrained_ode_t), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
       !> State: (size).
       real(wp), intent(in), contiguous :: y(:)
-      !> `lambda` and `outputs` are set; its arrays are allocated if they are not.
+      !> Whether what the system computes besides is wanted.
+      logical, intent(in) :: outputs
+      !> `lambda` is set, and `outputs`; its arrays are allocated if they are not.
       type(sample_t), intent(inout) :: s
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
@@ -669,7 +671,7 @@ contains
          call self%unpack(t, y, self%at)
       end if
       call self%multipliers(s)
-      call find_outputs(self, s)
+      if (outputs) call find_outputs(self, s)
    end subroutine sample_reactions
 
    !> What the system computes besides at `at`.

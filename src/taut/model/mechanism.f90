@@ -588,7 +588,7 @@ module taut_model_mechanism
          real(wp), intent(out) :: values(:)
       end subroutine outputs
 
-      !> Force and moment of each joint that is shown, as far as its rows give either.
+      !> Force and moment of each joint that is shown, as far as its rows give either; the moment about its point.
       module function magnitudes(self) result(list)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self

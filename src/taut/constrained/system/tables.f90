@@ -23,12 +23,12 @@ module taut_constrained_system_tables
       character(:), allocatable :: unit
    end type quantity_t
 
-   !> The size of a vector whose components are among the outputs: a summary tells its largest value.
+   !> The size of a vector whose components along unit vectors at right angles are multipliers: a summary tells its largest value.
    type :: magnitude_t
       !> Without commas and blanks.
       character(len=name_length) :: name
-      !> Outputs of its first and its last component.
-      integer :: first = 0, last = 0
+      !> Which multipliers lambda.
+      integer, allocatable :: rows(:)
    end type magnitude_t
 
    !> A system with something to say in tables. Everything has a default, so that any system can be one.
@@ -153,7 +153,7 @@ contains
       end associate
    end subroutine no_outputs
 
-   !> Vectors among the outputs, such as the forces of joints; the default has none.
+   !> Vectors of which a summary tells the largest size, such as the forces of joints; the default has none.
    function no_magnitudes(self) result(list)
       !> The system.
       class(tabulated_system_t), intent(in) :: self

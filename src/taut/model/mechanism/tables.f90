@@ -2,7 +2,7 @@
 submodule(taut_model_mechanism) taut_model_mechanism_tables
    use taut_model_mechanism_body, only: body_planar
    use taut_model_mechanism_joint, only: has_angle, has_displacement, joint_displacement
-   use taut_model_mechanism_row, only: row_angle, row_contact, row_dot, row_rolling
+   use taut_model_mechanism_row, only: row_angle, row_dot
    implicit none (type, external)
 
 contains
@@ -100,25 +100,20 @@ contains
       end do
    end procedure outputs
 
-   !> Force and moment of each joint that is shown, as far as its rows give either.
+   !> Force and moment of each joint that is shown. Its rows push along unit vectors at right angles, those of directions turn about
+   !! such; where a disc rolls the force turns it too, so that its moment is not among them.
    module procedure magnitudes
-      logical :: forces, moments
-      integer :: i, j, n, row
+      integer, allocatable :: rows(:)
+      logical, allocatable :: turns(:)
+      integer :: i, j
 
       allocate (list(0))
-      n = merge(2, 3, self%planar)
       do i = 1, size(self%shown)
-         associate (joint => self%joints(self%shown(i)), before => self%before_output(i))
-            forces = .false.
-            moments = .false.
-            do j = 1, joint%last - joint%first + 1 + joint%last_rate - joint%first_rate + 1
-               row = joint%first - 1 + j
-               if (row > joint%last) row = joint%first_rate + row - joint%last - 1
-               forces = forces .or. .not. any(self%rows(row)%kind == [row_dot, row_angle])
-               moments = moments .or. any(self%rows(row)%kind == [row_dot, row_angle, row_contact, row_rolling])
-            end do
-            if (forces) list = [list, magnitude_t(joint%name//'.force', before + 1, before + n)]
-            if (moments) list = [list, magnitude_t(joint%name//'.moment', before + n + 1, before + merge(3, 6, self%planar))]
+         associate (joint => self%joints(self%shown(i)))
+            rows = [(j, j=joint%first, joint%last), (j, j=joint%first_rate, joint%last_rate)]
+            turns = [(any(self%rows(rows(j))%kind == [row_dot, row_angle]), j=1, size(rows))]
+            if (.not. all(turns)) list = [list, magnitude_t(joint%name//'.force', pack(rows, .not. turns))]
+            if (any(turns)) list = [list, magnitude_t(joint%name//'.moment', pack(rows, turns))]
          end associate
       end do
    end procedure magnitudes
