@@ -18,6 +18,7 @@ program tester
    use test_extremes, only: collect_extremes
    use test_faults, only: collect_faults
    use test_first_look, only: collect_first_look
+   use test_discrete_derivative, only: collect_discrete_derivative
    use test_energy_preserving, only: collect_energy_preserving
    use test_generalized_alpha, only: collect_generalized_alpha
    use test_history, only: collect_history
@@ -106,6 +107,7 @@ program tester
    call run_suite('modal body', collect_modal_body(), trim(only), outcome)
    call run_suite('model events', collect_model_events(), trim(only), outcome)
    call run_suite('radau', collect_radau(), trim(only), outcome)
+   call run_suite('discrete derivative', collect_discrete_derivative(), trim(only), outcome)
    call run_suite('energy-preserving', collect_energy_preserving(), trim(only), outcome)
    call run_suite('generalized-alpha', collect_generalized_alpha(), trim(only), outcome)
    call run_suite('builder', collect_builder(), trim(only), outcome)

@@ -13,11 +13,11 @@
 !!
 !! Source: derived from what the paper says of a technique by O.A. Bauchau, reference [28]: bundled in the discretization of the
 !! constraint equation and of its derivative, and exploiting energy preservation of the integration; its dissipative
-!! variant is not here. The discrete derivative is that of O. Gonzalez, Time integration and discrete Hamiltonian systems, J. Nonlinear
-!! Sci. 6 (1996) 449-467. Whether the equations of [28] are the same is not known here.
+!! variant is not here. Whether the equations of [28] are the same is not known here.
 module taut_constrained_stepper_energy_preserving
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
+   use taut_constrained_discrete_derivative, only: meet_difference
    use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
@@ -49,8 +49,8 @@ module taut_constrained_stepper_energy_preserving
       real(wp) :: h_old = 0.0_wp, h_try = 0.0_wp
       !> Mean accelerations of the step before, and of that at hand; velocities at the middle; displacement: (n of the system).
       real(wp), allocatable :: a_old(:), a(:), v_next(:), d(:)
-      !> phi of both ends at the time of the middle, and of the new one at its own; what A_m v_m shall be.
-      real(wp), allocatable :: phi_old(:), phi_new(:), phi_end(:), wanted(:)
+      !> phi of both ends at the time of the middle and its difference, and of the new one at its own; what A_m v_m shall be.
+      real(wp), allocatable :: phi_old(:), phi_new(:), difference(:), phi_end(:), wanted(:)
       real(wp), allocatable :: w_next(:)
       real(wp), allocatable :: ydot(:), error(:, :), y_start(:), y_end(:), slope_start(:), slope_end(:)
    contains
@@ -102,8 +102,9 @@ contains
          self%middle = ode%at
          self%behind = ode%at
          allocate (self%a(model%n), self%v_next(model%n), self%d(model%n), self%phi_old(model%n_phi), &
-                   self%phi_new(model%n_phi), self%phi_end(model%n_phi), self%wanted(model%c), self%w_next(model%n_w), &
-                   self%slope_start(model%n_x), self%slope_end(model%n_x), source=0.0_wp)
+                   self%phi_new(model%n_phi), self%difference(model%n_phi), self%phi_end(model%n_phi), &
+                   self%wanted(model%c), self%w_next(model%n_w), self%slope_start(model%n_x), self%slope_end(model%n_x), &
+                   source=0.0_wp)
          if (.not. allocated(self%a_old)) allocate (self%a_old(model%n), source=0.0_wp)
       end associate
       self%is_ready = .true.
@@ -309,7 +310,8 @@ contains
             call model%constraint(behind, self%phi_new)
             behind%t = t_end
             call model%constraint(behind, self%phi_end)
-            call meet_difference(self, model%n_phi)
+            self%difference(:) = self%phi_new - self%phi_old
+            call meet_difference(projector%a, self%d, self%difference)
          end if
          call model%velocity_rhs(middle, self%wanted)
          call aim(self, model%n_phi, h)
@@ -328,63 +330,6 @@ contains
 
    end subroutine look_ahead
 
-   !> Corrects each holonomic row of A along the displacement of its own coordinates, so that A_m d is the difference of phi.
-   pure subroutine meet_difference(self, n_phi)
-      type(energy_preserving_t), intent(inout) :: self
-      integer, intent(in) :: n_phi
-      integer :: i, j, k
-      real(wp) :: excess, length
-
-      associate (a => self%projector%a, d => self%d)
-         do i = 1, n_phi
-            excess = self%phi_new(i) - self%phi_old(i)
-            length = 0.0_wp
-            do k = first(i), last(i)
-               j = column(i, k)
-               excess = excess - a%values(k)*d(j)
-               length = length + d(j)**2
-            end do
-            if (length <= 0.0_wp) cycle
-            do k = first(i), last(i)
-               a%values(k) = a%values(k) + excess/length*d(column(i, k))
-            end do
-         end do
-      end associate
-
-   contains
-
-      pure integer function first(i)
-         integer, intent(in) :: i
-
-         if (self%projector%a%full) then
-            first = (i - 1)*self%projector%a%n + 1
-         else
-            first = self%projector%a%first(i)
-         end if
-      end function first
-
-      pure integer function last(i)
-         integer, intent(in) :: i
-
-         if (self%projector%a%full) then
-            last = i*self%projector%a%n
-         else
-            last = self%projector%a%first(i + 1) - 1
-         end if
-      end function last
-
-      pure integer function column(i, k)
-         integer, intent(in) :: i, k
-
-         if (self%projector%a%full) then
-            column = k - (i - 1)*self%projector%a%n
-         else
-            column = self%projector%a%column(k)
-         end if
-      end function column
-
-   end subroutine meet_difference
-
    !> What A_m v_m shall be for the holonomic rows: what it is, less what phi is off at the end.
    subroutine aim(self, n_phi, h)
       type(energy_preserving_t), intent(inout) :: self
@@ -393,7 +338,7 @@ contains
       integer :: i
 
       do i = 1, n_phi
-         self%wanted(i) = (self%phi_new(i) - self%phi_old(i) - self%phi_end(i))/h
+         self%wanted(i) = (self%difference(i) - self%phi_end(i))/h
       end do
    end subroutine aim
 
