@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -12,6 +12,10 @@ import f90nml
 
 from taut.errors import TautError
 
+# A place for a value in a template.
+BLANK = re.compile(r"@\d+@")
+# The entry that names a file to be read, beside the case.
+FILE = "table"
 ENTRY = re.compile(r"(?P<group>\w+)(\[(?P<which>[^][]+)\])?\.(?P<name>\w+)(\((?P<at>[\d\s,]+)\))?")
 
 
@@ -66,9 +70,16 @@ class Template:
     """A case file with blanks: comments are left out, so that they make no difference."""
 
     def __init__(
-        self, path: Path, entries: list[Entry], more: Sequence[tuple[str, dict[str, Any]]] = ()
+        self,
+        path: Path,
+        entries: list[Entry],
+        more: Sequence[tuple[str, dict[str, Any]]] = (),
+        place: Callable[[str], str] = str,
     ) -> None:
-        """Reads the case file, makes the blanks and adds more groups, which have none."""
+        """Reads the case file, makes the blanks and adds more groups, which have none.
+
+        The last argument tells where a file that the case names will be.
+        """
         groups = read(path)
         taken: dict[tuple[int, str], list[Entry]] = {}
         for number, entry in enumerate(entries):
@@ -79,6 +90,10 @@ class Template:
                     raise TautError(f"'{other.text}' and '{entry.text}' are the same entry; vary it once")
             others.append(entry)
             _put(group, entry, f"@{number}@")
+        for several in groups.values():
+            for group in several if isinstance(several, list) else [several]:
+                if isinstance(group.get(FILE), str) and not BLANK.fullmatch(group[FILE]):
+                    group[FILE] = place(group[FILE])
         for name, values in more:
             groups.add_cogroup(name, f90nml.Namelist(values))
         out = StringIO()

@@ -234,3 +234,41 @@ def test_peaks_are_found_between_the_rows(sweep: Sweep, tmp_path: Path, root: Pa
         assert float(row["low"]) == pytest.approx(0.25 * weight, rel=1e-6)
         assert 4.0 < float(row["late"]) < 5.4
         assert "pull_max" not in row and "pull_max_t" not in row
+
+
+MOVED = """&body name = "m", mass = 2.0, inertia = 1.0, position = 0.0, 0.0 /
+&mechanism planar = .true. /
+&joint name = "rail", type = "prismatic", body_2 = "m", point = 0.0, 0.0, axis = 1.0, 0.0, 0.0 /
+&function name = "g", kind = "table", table = "loads/g.csv" /
+&force body = "m", value = 4.0, 0.0, function = "g" /
+&integration t_end = 1.0 /
+"""
+
+
+@pytest.mark.parametrize("keep", ["files", "rows"])
+def test_a_table_is_found_and_belongs_to_the_runs(sweep: Sweep, tmp_path: Path, keep: str) -> None:
+    """A force F t/T of a table moves a mass m by F T^2/(6 m), wherever the case and its table lie."""
+    folder = tmp_path / "there"
+    (folder / "loads").mkdir(parents=True)
+    (folder / "base.nml").write_text(MOVED)
+    (tmp_path / "sweep.toml").write_text(
+        f'case = "there/base.nml"\napp = "mechanism"\nkeep = "{keep}"\n'
+        '[[parameter]]\nname = "m"\nentry = "body.mass"\nlist = [1.0, 2.0]\n'
+        '[collect]\nx = { column = "m.x", take = "max" }\n'
+    )
+    for force in (1.0, 3.0):
+        (folder / "loads" / "g.csv").write_text(f"0,0\n1,{force}\n")
+        assert sweep("run").returncode == 0 and sweep("collect").returncode == 0
+        found = [float(row["x"]) for row in table(tmp_path)]
+        assert found == pytest.approx([4.0 * force / 6.0, 4.0 * force / 12.0], rel=1e-6)
+    (folder / "loads" / "g.csv").unlink()
+    assert_refused(sweep("plan"), "sweep.toml", "loads/g.csv", "no such table")
+
+
+@pytest.mark.parametrize("app", ["./pendulum", "../{here}/pendulum", "{here}", "pendulum;x", ".."])
+def test_an_app_is_a_name_and_no_path(sweep: Sweep, tmp_path: Path, app: str) -> None:
+    program(tmp_path, "pendulum", "touch ran\n")
+    write(tmp_path, "list = [1.0]", app=app.format(here=tmp_path / "pendulum"))
+    for command in ("plan", "run"):
+        assert_refused(sweep(command, TAUT_BIN=str(tmp_path)), "sweep.toml", "app = ", "no name of an app")
+    assert not list(tmp_path.rglob("ran"))

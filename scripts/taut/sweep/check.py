@@ -29,7 +29,7 @@ def check(plan: Plan, program: Program) -> None:
     sweep = plan.sweep
     if sweep.rows_only and "--runs" not in help_of(program.path):
         raise TautError(f"{sweep.path}: keep = 'rows' needs an app that takes --runs; {sweep.app} does not")
-    text = plan.text(plan.runs[0])
+    text = plan.trial
     if said := check_case(program.path, text, sweep.options):
         # The groups &extreme are the sweep's own.
         if "no group &extreme" in said:

@@ -3,11 +3,12 @@
 import hashlib
 import itertools
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from taut.case_file import Blank, Entry, Template, fortran
+from taut.case_file import FILE, Blank, Entry, Template, fortran
 from taut.errors import TautError
 from taut.formats import count_of
 from taut.sweep.sweep_file import Sweep
@@ -39,6 +40,41 @@ class Run:
     count: int = 1
 
 
+class Tables:
+    """The files that a case reads, by what is in them: a run keeps what it was planned with."""
+
+    FOLDER = "tables"
+
+    def __init__(self, case: Path) -> None:
+        """Knows none yet; paths are from the folder of the case."""
+        self._folder = case.parent
+        self.contents: dict[str, bytes] = {}
+        self._names: dict[str, str] = {}
+
+    def stored(self, path: str) -> str:
+        """Returns where a file will be, seen from the folder of a run."""
+        if path not in self._names:
+            try:
+                content = self._file(path).read_bytes()
+            except OSError as error:
+                raise TautError(
+                    f"{self._folder / path}: the table cannot be read: {error.strerror}"
+                ) from None
+            self._names[path] = hashlib.sha256(content).hexdigest()[: 2 * DIGITS] + ".csv"
+            self.contents[self._names[path]] = content
+        return f"../../{self.FOLDER}/{self._names[path]}"
+
+    def original(self, path: str) -> str:
+        """Returns where it is."""
+        return str(self._file(path))
+
+    def _file(self, path: str) -> Path:
+        file = (self._folder / path).absolute()
+        if not file.is_file():
+            raise TautError(f"{self._folder / path}: there is no such table, or it is no regular file")
+        return file
+
+
 class Plan:
     """All runs of a sweep with a given version of its program."""
 
@@ -57,9 +93,13 @@ class Plan:
             for text, factor in parameter.also.items():
                 texts.append(text)
                 self._sources.append((None, column - 1, factor))
+        self.tables = Tables(sweep.case)
         try:
+            entries = [Entry.read(text) for text in texts]
+            self._files = [number for number, entry in enumerate(entries) if entry.name == FILE]
             extremes = [quantity.group for quantity in sweep.quantities if quantity.of_steps]
-            self._template = Template(sweep.case, [Entry.read(text) for text in texts], extremes)
+            self._template = Template(sweep.case, entries, extremes, self.tables.stored)
+            self._trial = Template(sweep.case, entries, extremes, self.tables.original)
         except TautError as error:
             raise TautError(f"{sweep.path}: {error}") from None
         # The parameters' values of each run.
@@ -113,6 +153,11 @@ class Plan:
             for entry in (*parameter.entries, *map(Entry.read, parameter.also))
         )
 
+    @property
+    def trial(self) -> str:
+        """The case file of the first run, which reads its tables where they are."""
+        return self._trial.fill(self._values(self.rows[0], self._sources, self.tables.original))
+
     def text(self, run: Run) -> str:
         """Returns the case file of a run; of a batch, that of its first."""
         return self._text(self.rows[run.first - 1])
@@ -122,17 +167,25 @@ class Plan:
         """The case file with a blank for each value that differs from run to run."""
         numbers = itertools.count(1)
         return self._template.fill(
-            [fixed if column is None else Blank(next(numbers)) for fixed, column, _ in self._sources]
+            [
+                self._fixed(i) if column is None else Blank(next(numbers))
+                for i, (_, column, _) in enumerate(self._sources)
+            ]
         )
+
+    def _fixed(self, number: int) -> Any:
+        value = self._sources[number][0]
+        return self.tables.stored(value) if number in self._files and isinstance(value, str) else value
 
     def lines(self, run: Run, begin: int) -> str:
         """Returns what stands in the blanks, a line a run, from one run of a batch to its last."""
         return self._lines(begin, run.first + run.count - begin)
 
     def _lines(self, begin: int, count: int) -> str:
-        sources = [source for source in self._sources if source[1] is not None]
+        there = [i for i, source in enumerate(self._sources) if source[1] is not None]
         rows = enumerate(self.rows[begin - 1 : begin - 1 + count], start=begin)
-        lines = ([str(index), *map(fortran, self._values(row, sources))] for index, row in rows)
+        whole = ((index, self._values(row, self._sources, self.tables.stored)) for index, row in rows)
+        lines = ([str(index), *(fortran(values[i]) for i in there)] for index, values in whole)
         return "".join("\t".join(line) + "\n" for line in lines)
 
     def parameters(self, run: Run) -> dict[str, Any]:
@@ -142,15 +195,20 @@ class Plan:
         return dict(zip(self.sweep.columns, run.values, strict=True))
 
     def _text(self, values: tuple[Any, ...]) -> str:
-        return self._template.fill(self._values(values, self._sources))
+        return self._template.fill(self._values(values, self._sources, self.tables.stored))
 
-    @staticmethod
-    def _values(values: tuple[Any, ...], sources: list[Source]) -> list[Any]:
+    def _values(
+        self, values: tuple[Any, ...], sources: list[Source], place: Callable[[str], str]
+    ) -> list[Any]:
         """Returns the values of entries in a run."""
-        return [
+        found = [
             fixed if column is None else values[column] if factor == 1 else _times(values[column], factor)
             for fixed, column, factor in sources
         ]
+        for number in self._files:
+            if isinstance(found[number], str):
+                found[number] = place(found[number])
+        return found
 
 
 def _times(value: float, factor: float) -> float:

@@ -62,6 +62,12 @@ class Store:
         own = self.root / "bin" / program.path.name
         own.parent.mkdir(parents=True, exist_ok=True)
         self.runs.mkdir(exist_ok=True)
+        for name, content in plan.tables.contents.items():
+            table = self.root / plan.tables.FOLDER / name
+            table.parent.mkdir(exist_ok=True)
+            if not table.exists():
+                with whole(table) as part:
+                    part.write_bytes(content)
         if not own.exists() or not filecmp.cmp(program.path, own, shallow=False):
             with whole(own) as part:
                 shutil.copy(program.path, part)

@@ -150,6 +150,9 @@ def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
     case = path.parent / _take(table, "case", str, "the sweep file")
     if not case.is_file():
         raise TautError(f"case: there is no file {case}")
+    app = _take(table, "app", str, "the sweep file", path.resolve().parent.name)
+    if not re.fullmatch(r"\w[\w-]*", app, re.ASCII):
+        raise TautError(f"app = '{app}' is no name of an app; TAUT_BIN may name the folder of one's own")
     combine = _take(table, "combine", str, "the sweep file", "grid")
     if combine not in ("grid", "zip"):
         raise TautError(f"combine = '{combine}' is neither 'grid' nor 'zip'")
@@ -188,7 +191,7 @@ def _sweep(path: Path, table: dict[str, Any]) -> Sweep:
         )
     return Sweep(
         path=path,
-        app=_take(table, "app", str, "the sweep file", path.resolve().parent.name),
+        app=app,
         case=case,
         combine=combine,
         checkpoint=checkpoint,
