@@ -44,6 +44,8 @@ module taut_constrained_projection
    !> A violation that is left by the first correction is what round-off and the condition of S leave of it, up to so many times
    !! that which counts as none: what takes it off then says nothing of how the way back bends.
    real(wp), parameter :: worth_telling = 100.0_wp
+   !> A displacement of more round-offs of the largest coordinate than this moves something.
+   real(wp), parameter :: never_round_off = 8.0_wp*epsilon(1.0_wp)
    !> Growth of the sum of squares of phi that is round-off: where constraints are inconsistent, what can be reduced may be
    !! less than round-off of what cannot.
    real(wp), parameter :: no_growth = 1.0_wp + 8.0_wp*epsilon(1.0_wp)
@@ -86,6 +88,8 @@ module taut_constrained_projection
       class(normal_solver_t), allocatable, private :: onto_holonomic
       type(rank_keeper_t) :: keeper_of_holonomic
       real(wp), allocatable, private :: phi(:), nu(:), d(:), x_before(:), r(:), normal(:)
+      !> Largest entry of the last displacement d.
+      real(wp), private :: largest_d = 0.0_wp
       !> Of all rows.
       real(wp), allocatable, private :: zero(:)
       !> On which side of its singular positions a mechanism without freedom is.
@@ -296,9 +300,9 @@ contains
       real(wp), intent(in), optional :: threshold
       !> Whether the last `linearize` was for this very x; default: no.
       logical, intent(in), optional :: linearized
-      real(wp) :: before, left, left_before, noise, reach
+      real(wp) :: before, largest, left, left_before, noise, reach
       integer :: iteration
-      logical :: known, renew
+      logical :: known, plain, renew
 
       info = rhs_ok
       call model%normalize(at%x)
@@ -321,9 +325,13 @@ contains
       known = .false.
       if (present(linearized)) known = linearized
       noise = 0.0_wp
+      if (self%residual <= self%yardstick%sure) return
+      largest = largest_entry(at%x)
+      plain = 2.0_wp*largest <= self%yardstick%plain_up_to
       do iteration = 1, self%max_iterations + 1
-         if (self%yardstick%surely_met(self%residual)) return
-         left = self%yardstick%measure(self%phi, at%x)
+         if (self%residual <= self%yardstick%sure) return
+         left = self%residual
+         if (.not. plain) left = self%yardstick%measure(self%phi, at%x)
          if (left <= self%yardstick%tolerance) return
          if (iteration > 1) then
             ! What a system of the size 1 may leave is all there is to be had where constants are that large.
@@ -356,7 +364,9 @@ contains
                call give_up(self, inconsistent, info)
             return
          end if
-         if (reach >= most*left .and. self%yardstick%nothing_moves(self%d, at%x)) return
+         if (reach >= most*left .and. .not. (plain .and. self%largest_d > never_round_off*largest)) then
+            if (self%yardstick%nothing_moves(self%d, at%x)) return
+         end if
          before = dot_product(self%phi, self%phi)
          if (self%corrections == 1) then
             self%left_some = left > worth_telling*self%yardstick%tolerance
@@ -443,20 +453,19 @@ contains
       subroutine step_with(onto, keeper)
          class(normal_solver_t), intent(inout) :: onto
          type(rank_keeper_t), intent(inout) :: keeper
-         real(wp) :: largest
          logical :: all_rows
 
          reach = 0.0_wp
-         largest = 0.0_wp
+         self%largest_d = 0.0_wp
          info = 0
          if (renew) call factorize_with(self, onto, keeper, noise, info)
          if (info == 0) then
             self%d(:) = 0.0_wp
             call onto%multipliers(self%phi, self%nu)
             call onto%correction(self%a, self%nu, self%d)
-            largest = largest_entry(self%d)
+            self%largest_d = largest_entry(self%d)
          end if
-         if (info /= 0 .or. .not. ieee_is_finite(largest)) then
+         if (info /= 0 .or. .not. ieee_is_finite(self%largest_d)) then
             call give_up(self, not_finite, info)
             return
          end if

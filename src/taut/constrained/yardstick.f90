@@ -31,6 +31,10 @@ module taut_constrained_yardstick
    type :: yardstick_t
       !> tau, in the unit of phi, of a system of the size 1.
       real(wp) :: tolerance = 1.0e-12_wp
+      !> A violation whose largest entry is no more than this is met, whatever round-off is.
+      real(wp) :: sure = 1.0e-12_wp
+      !> Coordinates up to this leave violations to be measured by their largest entry.
+      real(wp) :: plain_up_to = 0.0_wp
       !> Whether tau is that of all rows, so that violations are measured by their largest entry.
       logical, private :: plain = .true.
       !> min(1, s_i), and how steep phi_i is: what round-off of the largest coordinate is multiplied with in it. (n_phi).
@@ -43,7 +47,6 @@ module taut_constrained_yardstick
       procedure :: init
       procedure :: lay
       procedure :: measure
-      procedure :: surely_met
       procedure :: nothing_moves
       procedure :: serialize
       procedure, private :: conclude
@@ -115,6 +118,9 @@ contains
       self%least_part = minval([1.0_wp, self%part])
       self%steepest = maxval([0.0_wp, self%steep])
       self%plain = self%least_part >= 1.0_wp
+      self%sure = self%tolerance*self%least_part
+      self%plain_up_to = 0.0_wp
+      if (self%plain) self%plain_up_to = self%tolerance/(exact*epsilon(1.0_wp)*max(1.0_wp, self%steepest))
    end subroutine conclude
 
    !> The largest of the coordinates.
@@ -123,16 +129,6 @@ contains
 
       largest = max(maxval([0.0_wp, self%coordinate]), tiny(1.0_wp))
    end function largest_coordinate
-
-   !> Whether a violation is met in any row, whatever round-off is: no more than a first answer, at no cost.
-   elemental logical function surely_met(self, largest)
-      !> The yardstick.
-      class(yardstick_t), intent(in) :: self
-      !> Largest entry of phi.
-      real(wp), intent(in) :: largest
-
-      surely_met = largest <= self%tolerance*self%least_part
-   end function surely_met
 
    !> Size of a violation, or of a change of one: met is what is not more than the tolerance.
    pure function measure(self, phi, x) result(size_of_it)
