@@ -281,7 +281,7 @@ contains
       type(state_t) :: at
       integer(int64) :: before, rate
       real(wp) :: seconds_before
-      character(:), allocatable :: diagnosis
+      character(:), allocatable :: diagnosis, remark
       character(len=200) :: line
       integer :: i
 
@@ -364,6 +364,8 @@ contains
             write (line, '(a, t26, a, t44, i7, i10, 2es12.2, es18.3, f9.3)') chosen%label, status_name(result%status), &
                result%steps, result%rejected, recorder%max_phi, recorder%max_phidot, recorder%balance%drift, progress%seconds
             call progress%list(file%name, line)
+            call recorder%balance%remark(settings%options_of(chosen), result, settings%t_start, remark)
+            if (len(remark) > 0) call progress%list(file%name, '  '//remark)
          end if
       end associate
 
