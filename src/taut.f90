@@ -58,6 +58,9 @@ module taut
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
    use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
    use taut_constrained_verify, only: verify, finding_t
+   use taut_model_chain, only: chain_model_t => chain_t, new_chain_model => new_chain
+   use taut_model_n_four_bar, only: n_four_bar_model_t => n_four_bar_t, new_n_four_bar_model => new_n_four_bar
+   use taut_model_pendulum, only: new_pendulum_model => new_pendulum, pendulum_model_t => pendulum_t
    use taut_model_beam, only: beam_t, new_beam, straight_nodes
    use taut_model_beam_section, only: beam_section_t, new_section, rectangular_section
    use taut_model_mechanism, only: mechanism_t
@@ -82,6 +85,8 @@ module taut
    public :: jet_t, jet, operator(+), operator(-), operator(*), operator(/), operator(**), assignment(=)
    public :: operator(==), operator(/=), operator(<), operator(<=), operator(>), operator(>=)
    public :: abs, acos, asin, atan, atan2, cos, cosh, exp, hypot, log, max, min, sign, sin, sinh, sqrt, tan, tanh
+   ! Under names that leave the plain ones to programs of one's own.
+   public :: chain_model_t, new_chain_model, n_four_bar_model_t, new_n_four_bar_model, new_pendulum_model, pendulum_model_t
    public :: distance, dot_product, matmul, norm2, sum
    public :: skew, exp_rotation, log_rotation, right_tangent, right_tangent_inverse, rotate, rotate_back
    public :: quaternion_product, quaternion_conjugate, quaternion_rate, quaternion_body_rate, quaternion_normalized

@@ -23,11 +23,10 @@ end module stopping
 
 program checkpoint
    use taut
-   use taut_model_chain, only: chain_t, new_chain
    use stopping
    implicit none (type, external)
    character(*), parameter :: path = 'checkpoint_of_example.taut'
-   type(chain_t) :: chain
+   type(chain_model_t) :: chain
    type(state_t) :: at
    type(simulation_t) :: whole, first, second
    type(after_t) :: pause
@@ -35,7 +34,7 @@ program checkpoint
    type(error_t), allocatable :: error
    integer :: unit
 
-   call new_chain(chain, 3, 1.0_wp, 1.0_wp, 9.81_wp, error)
+   call new_chain_model(chain, 3, 1.0_wp, 1.0_wp, 9.81_wp, error)
    call chain%start(0.0_wp, at)
    call whole%init(chain, error)
    call whole%run(at, 3.0_wp, error)

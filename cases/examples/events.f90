@@ -54,10 +54,9 @@ end module watching
 
 program events
    use taut
-   use taut_model_chain, only: chain_t, new_chain
    use watching
    implicit none (type, external)
-   type(chain_t) :: pendulum
+   type(chain_model_t) :: pendulum
    type(state_t) :: at
    type(peak_t) :: peak
    type(bottom_t) :: bottom
@@ -67,7 +66,7 @@ program events
    type(error_t), allocatable :: error
    integer :: info
 
-   call new_chain(pendulum, 1, 1.0_wp, 1.0_wp, 9.81_wp, error)   ! one rod of 1 m, 1 kg at its end
+   call new_chain_model(pendulum, 1, 1.0_wp, 1.0_wp, 9.81_wp, error)   ! one rod of 1 m, 1 kg at its end
    call pendulum%start(0.0_wp, at)                      ! horizontal, at rest
    bottom%direction = [-1]                              ! only where x goes from positive to negative
    bottom%terminal = [.false.]
