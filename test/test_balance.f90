@@ -34,6 +34,8 @@ module test_balance
 
    !> The same, the first body moved fast: nothing is free.
    type, extends(pair_t) :: given_t
+      !> How fast the first body begins [m/s].
+      real(wp) :: speed = 0.5_wp
    contains
       procedure :: constraint => given_positions
       procedure :: jacobian => given_jacobian
@@ -66,6 +68,7 @@ contains
       tests = [new_test('work of loads, dampers and drives, with every integrator', integrators), &
                new_test('work with every method', methods), &
                new_test('work of a motion that is all given', given), &
+               new_test('what is held stands still in few steps', held), &
                new_test('a system that states no power is not balanced', unstated), &
                new_test('a damper that is forgotten is noticed', forgotten), &
                new_test('steps do not depend on the balance', same_steps), &
@@ -158,7 +161,7 @@ contains
       real(wp), intent(out) :: value(:)
 
       call self%pair_t%constraint(at, value(:1))
-      value(2) = at%x(1) - 0.1_wp - 0.5_wp/fast*sin(fast*at%t)
+      value(2) = at%x(1) - 0.1_wp - self%speed/fast*sin(fast*at%t)
    end subroutine given_positions
 
    subroutine given_jacobian(self, at, a)
@@ -176,7 +179,7 @@ contains
       real(wp), intent(out) :: value(:)
 
       call self%pair_t%velocity_rhs(at, value(:1))
-      value(2) = 0.5_wp*cos(fast*at%t)
+      value(2) = self%speed*cos(fast*at%t)
    end subroutine given_rates
 
    subroutine given_accelerations(self, at, value)
@@ -185,7 +188,7 @@ contains
       real(wp), intent(out) :: value(:)
 
       call self%pair_t%acceleration_rhs(at, value(:1))
-      value(2) = -0.5_wp*fast*sin(fast*at%t)
+      value(2) = -self%speed*fast*sin(fast*at%t)
    end subroutine given_accelerations
 
    subroutine observe(self, ode, t, h, y, error)
@@ -279,6 +282,23 @@ contains
          call check_close(failure, watcher%balance%off(), 0.0_wp, 5.0e-3_wp, trim(names(i))//': work is what the energy gains')
       end do
    end subroutine given
+
+   subroutine held(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(integration_result_t) :: result
+      type(given_t) :: system
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+
+      ! Velocities that are round-off, so that work is.
+      call system%define(n=2, c=2, mass_blocks=[1, 1], constant_mass=.true.)
+      system%speed = 1.0e-17_wp
+      at = start()
+      at%v(:) = 0.0_wp
+      call simulate(system, at, 1.0_wp, result, error)
+      call no_error(failure, error)
+      call check(failure, result%steps < 100, 'few steps')
+   end subroutine held
 
    subroutine methods(failure)
       character(:), allocatable, intent(inout) :: failure

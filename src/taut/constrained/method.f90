@@ -388,6 +388,7 @@ contains
       call self%model%mass(at, self%m)
       call self%m%multiply(at%v, self%vdot)
       self%integral_scale = 0.5_wp*dot_product(at%v, self%vdot)
+      self%integral_unit = 0.5_wp*self%m%trace()
    end subroutine begin_balance
 
    !> Power of what changes the energy, at the state of an evaluation: that of the system's own, of forces that depend on reactions,
@@ -711,6 +712,7 @@ contains
       call archive%item('projection iterations', self%projector%iterations)
       call archive%item('balances energy', self%has_integral)
       call archive%item('energy at the start', self%integral_scale)
+      call archive%item('energy of velocities of 1', self%integral_unit)
       call self%blows%serialize(archive)
       call self%projector%serialize(archive)
       call self%serialize_own(archive)

@@ -173,10 +173,11 @@ contains
       self%dense = .false.
       integrand = self%stepper%integrand_behind
       call self%stepper%try(ode, self%control, self%t, self%y, t_new, h, self%y_new, h_next, accepted, info)
-      if (.not. (accepted .and. ode%has_integral .and. ode%integral_counts)) return
+      if (.not. (accepted .and. ode%has_integral .and. ode%integral_counts .and. self%stepper%estimates_integral)) return
       associate (s => self%stepper)
          call self%control%decide_by_integral(h, s%gain_error, ode%integral_scale + self%moved + abs(s%gain) + &
-                                              0.5_wp*abs(h)*(abs(s%integrand_before) + abs(s%integrand_behind)), h_next, accepted)
+                                              0.5_wp*abs(h)*(abs(s%integrand_before) + abs(s%integrand_behind)), &
+                                              ode%integral_unit, h_next, accepted)
          if (.not. accepted) s%integrand_behind = integrand
       end associate
    end subroutine try

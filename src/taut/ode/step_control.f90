@@ -282,7 +282,7 @@ contains
    end subroutine decide
 
    !> Judges a step that holds by an integral that goes along; only the standard control does.
-   pure subroutine decide_by_integral(self, h, error, amount, h_next, accepted)
+   pure subroutine decide_by_integral(self, h, error, amount, unit, h_next, accepted)
       !> The controller, whose memory is brought up to date.
       class(step_control_t), intent(inout) :: self
       !> Step [s].
@@ -291,6 +291,8 @@ contains
       real(wp), intent(in) :: error
       !> What it is compared with, times the relative tolerance.
       real(wp), intent(in) :: amount
+      !> What it is compared with, times the absolute tolerance.
+      real(wp), intent(in) :: unit
       !> Length of the next try, which is made no longer than the integral allows [s].
       real(wp), intent(inout) :: h_next
       !> Whether the step holds.
@@ -299,7 +301,7 @@ contains
 
       accepted = .true.
       if (self%kind /= standard .or. .not. error > 0.0_wp) return
-      ratio = min(error/max(self%rtol*amount, tiny(1.0_wp)), 1.0e100_wp)
+      ratio = min(error/max(self%rtol*amount + minval(self%atol)*unit, tiny(1.0_wp)), 1.0e100_wp)
       accepted = ratio <= 1.0_wp
       factor = max(self%constants%largest_decrease, safety/ratio**self%power)
       if (factor*abs(h) < abs(h_next)) h_next = factor*h

@@ -38,6 +38,8 @@ module taut_ode_stepper
       logical :: bound_by_stability = .false.
       !> Whether an integral that goes along with the system is taken along.
       logical :: takes_integral = .false.
+      !> Whether its error is estimated well enough to judge a step by.
+      logical :: estimates_integral = .false.
       !> The system's integrand at the start and at the end of the last try that holds, and its integral in between.
       real(wp) :: integrand_before = 0.0_wp, integrand_behind = 0.0_wp, gain = 0.0_wp
       !> How far that may be off, by an estimate of lower order.

@@ -57,10 +57,11 @@ module taut_ode_system
       real(wp) :: integrand = 0.0_wp, integral = 0.0_wp
       !> How far the integral may be off: the sum of the steps' estimates.
       real(wp) :: integral_error = 0.0_wp
-      !> Whether a step is judged by the integral as well, and what of the integral's kind there is from the start, which its errors
-      !! are compared with beside itself: for a motion whose state is given and has no error of its own.
+      !> Whether a step is judged by the integral as well, for a motion whose state is given and has no error of its own; what of
+      !! the integral's kind there is from the start, which its errors are compared with beside itself, times the relative
+      !! tolerance; and what the absolute tolerance is multiplied with.
       logical :: integral_counts = .false.
-      real(wp) :: integral_scale = 0.0_wp
+      real(wp) :: integral_scale = 0.0_wp, integral_unit = 0.0_wp
       !> Whether the derivative of a stage is completed by where it leads: `meet`.
       logical :: half_explicit = .false.
       !> Times between which the system is looked at [s], set by the integrator: inside two breakpoints, where a load or a drive

@@ -85,6 +85,7 @@ contains
 
       self%n = n
       self%takes_integral = .true.
+      self%estimates_integral = .true.
       self%stages = stages
       self%node = node
       do i = 1, size(node)

@@ -59,6 +59,7 @@ contains
       self%n = n
       self%order = 5
       self%takes_integral = .true.
+      self%estimates_integral = .true.
       allocate (self%ydot(n), self%ydot_new(n), self%y_stage(n, 3), self%y_last(n, 3), self%rate(n), self%state(n), &
                 self%work_y(n), self%y_start(n), self%shift(n), source=0.0_wp)
    end subroutine init
