@@ -43,6 +43,8 @@ def need_flang() -> None:
             raise NoPackageError(f"{COMPILER} is not installed (Debian: flang-22)")
         install("flang-22")
     except NoPackageError as why:
+        if "Unable to locate package" in str(why):
+            pytest.skip("the archives that apt knows have no flang-22; Debian 12 has it in bookworm-security")
         nothing_to_test(why)
 
 
