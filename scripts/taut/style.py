@@ -132,11 +132,11 @@ def round_off_band(axes: Axes, bottom: float) -> None:
     axes.axhline(FLOOR, color=GRAY, linewidth=0.6, linestyle=(0, (1, 2)), zorder=1)
     axes.annotate(
         "round-off",
-        (1.0, (bottom * FLOOR) ** 0.5),
+        (0.0, (bottom * FLOOR) ** 0.5),
         xycoords=("axes fraction", "data"),
-        xytext=(-6, 0),
+        xytext=(6, 0),
         textcoords="offset points",
-        ha="right",
+        ha="left",
         va="center",
         fontsize=8.5,
         color=GRAY,
