@@ -38,5 +38,4 @@ PROBLEM = Problem(
     reference=lambda _size: exact(10.0),
     error=error,
     violation=lambda _size, state: abs(math.hypot(state[0], state[1]) - 1.0),
-    max_step=0.1,
 )
