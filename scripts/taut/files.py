@@ -1,5 +1,6 @@
 """Files that are whole or not there."""
 
+import fcntl
 import json
 import os
 import uuid
@@ -28,6 +29,15 @@ def whole(path: Path, *, sync: bool = True) -> Iterator[Path]:
             # What is wrong is wrong with the file that was wanted; a full disk names none at all.
             error.filename = str(path)
         raise
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Lets one process at a time pass; the others wait."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w") as handle:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
 
 
 def write_whole(path: Path, text: str, *, sync: bool = True) -> None:

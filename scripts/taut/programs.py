@@ -11,9 +11,12 @@ from pathlib import Path
 
 from taut.bootstrap import ROOT
 from taut.errors import TautError
+from taut.files import locked
 
 # The systems are small: more threads would cost time and make the last digits vary.
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OPENBLAS", "OMP", "MKL")}
+# Who builds holds it: fpm does not see that another one is at work in the same folder.
+BUILDING = ROOT / "build" / ".lock"
 # A build that takes longer is announced [s].
 SILENCE = 2.0
 
@@ -105,9 +108,12 @@ def release(app: str) -> Path:
     # fpm itself tells, for a build folder may hold programs made with several sets of flags.
     kind = [] if (ROOT / "app" / f"{app}.f90").is_file() else ["--example"]
     command = [found, "run", *kind, app, "--profile", "release", "--runner", "echo"]
-    with subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as build:
+    with (
+        locked(BUILDING),
+        subprocess.Popen(
+            command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as build,
+    ):
         try:
             out, said = build.communicate(timeout=SILENCE)
         except subprocess.TimeoutExpired:

@@ -16,6 +16,9 @@ from processes import adopting_orphans
 from slurm_cluster import Cluster, NoSlurmError, running_cluster
 from sweep_runs import SCRIPT, Begin, Sweep
 
+from taut.files import locked
+from taut.programs import BUILDING, release
+
 ROOT = Path(__file__).parents[2]
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -28,11 +31,19 @@ def pytest_configure() -> None:
             signal.signal(number, signal.SIG_DFL)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keeps what shares something slow on one worker: the tests of a file, and all that need a cluster."""
+    for item in items:
+        shared = {"cluster", "slurm"} & set(getattr(item, "fixturenames", ()))
+        item.add_marker(pytest.mark.xdist_group("cluster" if shared else item.path.stem))
+
+
 @pytest.fixture(scope="session")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where taut is installed for others to use."""
     folder = tmp_path_factory.mktemp("installed")
-    done = subprocess.run([ROOT / "scripts/install", folder], capture_output=True, text=True, check=False)
+    with locked(BUILDING):
+        done = subprocess.run([ROOT / "scripts/install", folder], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
 
@@ -42,30 +53,19 @@ def root() -> Path:
     return ROOT
 
 
-def built(app: str) -> Path:
-    """Returns the release build of an app, the one that users run.
-
-    fpm itself tells where it puts it, for a build folder may hold programs made with several sets of flags.
-    """
-    command = ["fpm", "run", app, "--profile", "release", "--runner", "echo"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return ROOT / done.stdout.strip().splitlines()[-1].strip()
-
-
 @pytest.fixture(scope="session")
 def pendulum() -> Path:
-    return built("pendulum")
+    return release("pendulum")
 
 
 @pytest.fixture(scope="session")
 def swing() -> Path:
-    return built("swing")
+    return release("swing")
 
 
 @pytest.fixture(scope="session")
 def mechanism() -> Path:
-    return built("mechanism")
+    return release("mechanism")
 
 
 @pytest.fixture(scope="session")

@@ -3,12 +3,19 @@
 import os
 import shutil
 import subprocess
+import tempfile
+from pathlib import Path
 from typing import NoReturn
 
 import pytest
 
+from taut.files import locked
+
 # Where Debian has daemons; an ordinary user's PATH may lack it.
 PATH = os.pathsep.join([os.environ.get("PATH", "/usr/bin:/bin"), "/usr/sbin", "/sbin"])
+
+# The lists of packages have no lock that waits.
+INSTALLING = Path(tempfile.gettempdir()) / "taut-apt.lock"
 
 
 class NoPackageError(Exception):
@@ -21,8 +28,9 @@ def install(*packages: str) -> None:
         raise NoPackageError(f"{' '.join(packages)}: there is no apt-get to install it")
     if os.getuid() != 0:
         raise NoPackageError(f"as root: apt-get install {' '.join(packages)}")
-    apt_get("update", check=False)
-    apt_get("-o", "DPkg::Lock::Timeout=300", "install", "--yes", "--no-install-recommends", *packages)
+    with locked(INSTALLING):
+        apt_get("update", check=False)
+        apt_get("-o", "DPkg::Lock::Timeout=300", "install", "--yes", "--no-install-recommends", *packages)
 
 
 def apt_get(*arguments: str, check: bool = True) -> None:

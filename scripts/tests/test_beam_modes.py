@@ -7,16 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from taut.programs import release
+
 ROOT = Path(__file__).parents[2]
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture(scope="module")
 def program() -> Path:
-    command = ["fpm", "run", "beam_modes", "--profile", "release", "--runner", "echo"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return ROOT / done.stdout.strip().splitlines()[-1].strip()
+    return release("beam_modes")
 
 
 @pytest.fixture

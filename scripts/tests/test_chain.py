@@ -6,12 +6,14 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import ROOT, built
+from conftest import ROOT
+
+from taut.programs import release
 
 
 @pytest.fixture(scope="module")
 def chain() -> Path:
-    return built("chain")
+    return release("chain")
 
 
 def run(chain: Path, case: str, folder: Path) -> subprocess.CompletedProcess[str]:

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT, built
+from conftest import ROOT
+
+from taut.programs import release
 
 # Per step or per evaluation, or what another tolerance changes: not part of the state.
 APART = re.compile(r"h|t|energy|work|rank|mu\d*|lambda\d*|phi.*|.*\.[fm][xyz123]|link_force")
@@ -37,7 +39,7 @@ SHIPPED = (
 
 @cache
 def program(app: str) -> Path:
-    return built(app)
+    return release(app)
 
 
 def last_rows(case: str, end: float | None, integrator: str, folder: Path) -> dict[str, dict[str, float]]:

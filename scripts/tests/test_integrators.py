@@ -10,6 +10,8 @@ import debian
 import pytest
 from conftest import ROOT
 
+from taut.programs import release
+
 EXAMPLES = ROOT / "cases/examples"
 SUNDIALS = Path("/usr/include/sundials/fortran")
 PROBLEMS = ("pendulum", "loop", "stiff")
@@ -102,7 +104,7 @@ def judge(text: str, names: set[str], problems: set[str], error: float) -> None:
     ("name", "integrator", "error"), [("rk4", "RK4", 1e-7), ("newmark", "Newmark", 1e-4)]
 )
 def test_integrators_of_ones_own(name: str, integrator: str, error: float) -> None:
-    text = called("fpm", "run", "--example", name, "--profile", "release")
+    text = called(release(name))
     judge(text, {integrator}, set(PROBLEMS), error)
 
 

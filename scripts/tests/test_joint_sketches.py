@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import built
 
 from taut.animate.joint_sketches import SKETCHES
+from taut.programs import release
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "cases/mechanism/README.md").read_text(encoding="utf-8")
@@ -37,7 +37,7 @@ def joint_axes(axis: tuple[float, ...]) -> np.ndarray:
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory):  # noqa: ANN201
     """Runs a case for a moment; returns what the app says and the first row."""
-    mechanism = built("mechanism")
+    mechanism = release("mechanism")
     folder = tmp_path_factory.mktemp("joints")
 
     def start(groups: str) -> tuple[str, dict[str, float]]:

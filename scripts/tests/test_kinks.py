@@ -5,7 +5,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import built
+
+from taut.programs import release
 
 ROD = """&gravity /
 &body name = "rod", shape = "rod", mass = 1.0, thickness = 0.05, from = 0.0, 0.0, 0.0, to = 1.0, 0.0, 0.0 /
@@ -19,7 +20,7 @@ ROD = """&gravity /
 
 @pytest.fixture(scope="module")
 def mechanism() -> Path:
-    return built("mechanism")
+    return release("mechanism")
 
 
 def run(mechanism: Path, folder: Path, times: str, method: str = "") -> list[dict[str, float]]:

@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 
 from taut.document.reference import DOCUMENTS as DOCUMENTS_OF_ENTRIES
 from taut.document.reference import renewed
+from taut.programs import release
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted(
@@ -171,7 +172,7 @@ def test_bead_runs_from_outside_the_library(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def said() -> Callable[[str], list[str]]:
     def lines(name: str) -> list[str]:
-        return said_by("fpm", "run", "--example", name, "--profile", "release").splitlines()
+        return said_by(release(name)).splitlines()
 
     return lines
 

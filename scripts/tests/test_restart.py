@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from conftest import built
 from processes import let_run
+
+from taut.programs import release
 
 INTERRUPTED = 75
 
@@ -326,7 +327,7 @@ def test_crafted_checkpoint_that_would_empty_a_file(interrupted: Path, start: St
 
 
 def test_table_belongs_to_the_case(tmp_path: Path, environment: dict[str, str]) -> None:
-    app = built("mechanism")
+    app = release("mechanism")
     (tmp_path / "drive.csv").write_text("".join(f"{t},{t * t}\n" for t in range(100)))
     (tmp_path / "case.nml").write_text(
         '&body name = "rod", shape = "rod", mass = 1, from = 0, 0, 0, to = 1, 0, 0 /\n'

@@ -12,7 +12,9 @@ from pathlib import Path
 
 import f90nml
 import pytest
-from conftest import ROOT, built
+from conftest import ROOT
+
+from taut.programs import release
 
 SOLVERS = ("auto", "banded", "sparse", "pivoted-cholesky", "dgelsd", "factor")
 # Short enough for dense solvers, long enough for some hundred right-hand sides.
@@ -29,7 +31,7 @@ CASES = [
 
 @cache
 def program(app: str) -> Path:
-    return built(app)
+    return release(app)
 
 
 def variant(path: Path, solvers: tuple[str, ...]) -> str:

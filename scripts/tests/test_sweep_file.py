@@ -1,7 +1,6 @@
 """Sweep files: what they mean, and one line for each way to get them wrong."""
 
 import math
-import subprocess
 from pathlib import Path
 
 import f90nml
@@ -266,14 +265,11 @@ def test_a_wrong_sweep_file_is_told_in_one_line(tmp_path: Path, case: tuple[str,
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "cases").glob("*/*.toml")), ids=lambda path: path.stem)
-def test_the_programs_take_the_examples(pendulum: Path, tmp_path: Path, path: Path) -> None:
-    from taut.programs import check_case
+def test_the_programs_take_the_examples(path: Path) -> None:
+    from taut.programs import check_case, release
 
     sweep = sweep_file.read(path)
     plan = Plan(sweep, "")
-    built = pendulum.parent / sweep.app
-    if not built.exists():
-        command = ["fpm", "build", "--profile", "release"]
-        subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
+    built = release(sweep.app)
     assert check_case(built, plan.text(plan.runs[0])) is None
     assert check_case(built, plan.text(plan.runs[0]) + "&nonsense /\n") is not None

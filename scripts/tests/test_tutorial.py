@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import built
 from mechanism_runs import blocks, rows, table
+
+from taut.programs import release
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "cases/mechanism/README.md").read_text(encoding="utf-8").split("\n## ")[1]
@@ -18,7 +19,7 @@ TOML = re.search(r"(?s)```toml\n(.*?)```", PAGE)[1]
 
 @pytest.fixture(scope="module")
 def mechanism() -> Path:
-    return built("mechanism")
+    return release("mechanism")
 
 
 def done(folder: Path, *command: str | Path, **variables: str) -> str:
