@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from taut.benchmark.entrant import Array, Entrant, Problem
-from taut.benchmark.peers.program import WORK
+from taut.benchmark.peers.program import WORK, TookTooLongError
 from taut.errors import TautError
 
 # Processor time that one entrant gets in one round [s]; a run that takes longer than SLOW is not repeated.
@@ -76,6 +76,8 @@ def measure(
                     raise TautError(f"{run.state.shape} numbers instead of {reference.shape}")
             except TautError as error:
                 tell(f"{problem.name} {size}: {entrant.label} at {setting:.0e} failed: {error}")
+                if isinstance(error, TookTooLongError):
+                    break
                 continue
             found[index, setting] = Measurement(
                 problem.name,

@@ -15,7 +15,11 @@ from taut.programs import ONE_THREAD, last_line
 # Where programs and references are kept; the folder can be deleted.
 WORK = ROOT / "build" / "benchmark"
 # Longest time that one entrant may take for one setting [s].
-PATIENCE = 1800
+PATIENCE = 300
+
+
+class TookTooLongError(TautError):
+    """An entrant did not come to its end in time."""
 
 
 def call(command: Sequence[str | Path], cwd: Path = ROOT) -> str:
@@ -34,7 +38,7 @@ def call(command: Sequence[str | Path], cwd: Path = ROOT) -> str:
     except FileNotFoundError as error:
         raise TautError(f"{name} is not installed") from error
     except subprocess.TimeoutExpired as error:
-        raise TautError(f"{name} took longer than {PATIENCE} s") from error
+        raise TookTooLongError(f"{name} took longer than {PATIENCE} s") from error
     if done.returncode != 0:
         reason = last_line(done.stderr.strip() or done.stdout, done.returncode).removeprefix(f"{name}: ")
         raise TautError(f"{name}: {reason}")
