@@ -21,18 +21,16 @@
 !! Equation numbers are those of P. Masarati, Adding kinematic constraints to purely differential dynamics, Comput. Mech. 47
 !! (2011) 187-203. Eq. (8) is implemented with the sign of Eq. (11b): the printed bracket has the opposite one.
 module taut_constrained_method
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_blow, only: blows_t
-   use taut_constrained_first_look, only: first_look
    use taut_constrained_mass, only: mass_t
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_reactions, only: power_of_reactions, reactions_t
    use taut_constrained_system, only: mechanical_system_t, state_t
-   use taut_constrained_system_tables, only: coordinate_name, tabulated_system_t, velocity_name
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_ode_system, only: inside_step, ode_system_t, rhs_ok
    implicit none (type, external)
@@ -140,8 +138,79 @@ module taut_constrained_method
       procedure, non_overridable :: refuse_large
    end type constrained_ode_t
 
-   !> So many changes of the rank are told one by one.
-   integer, parameter :: most_changes = 3
+   interface
+
+      !> Why the last evaluation or projection failed.
+      module subroutine failure(self, text)
+         !> The formulation.
+         class(constrained_ode_t), intent(in) :: self
+         !> One line.
+         character(:), allocatable, intent(out) :: text
+      end subroutine failure
+
+      !> Compares derivatives with differences at a state where steps do not get on.
+      module subroutine find_fault(self, t, y, looked, fault)
+         !> The formulation.
+         class(constrained_ode_t), intent(inout) :: self
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State: (size).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Whether there are constraints to look at.
+         logical, intent(out) :: looked
+         !> What is wrong, in words; empty if nothing was found.
+         character(:), allocatable, intent(out) :: fault
+      end subroutine find_fault
+
+      !> What is to be said of the motion so far that is no error: drives that begin or stop at once strike blows.
+      module subroutine remark(self, text)
+         !> The formulation.
+         class(constrained_ode_t), intent(in) :: self
+         !> One line without commas; empty if there is nothing.
+         character(:), allocatable, intent(out) :: text
+      end subroutine remark
+
+      !> What an entry of the last derivative is: of an acceleration, the force if that is not a number already.
+      module subroutine entry_name(self, entry, text)
+         !> The formulation, as the last `rhs` left it.
+         class(constrained_ode_t), intent(in) :: self
+         !> Which entry of ydot.
+         integer, intent(in) :: entry
+         !> What it is called.
+         character(:), allocatable, intent(out) :: text
+      end subroutine entry_name
+
+      !> Violations, multipliers, energy, rank and what the system computes besides at a state, evaluated afresh.
+      module subroutine sample(self, t, y, s, info)
+         !> The formulation.
+         class(constrained_ode_t), intent(inout) :: self
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State: (size).
+         real(wp), intent(in), contiguous :: y(:)
+         !> What there is to know; its arrays are allocated if they are not.
+         type(sample_t), intent(inout) :: s
+         !> One of the `rhs_` constants.
+         integer, intent(out) :: info
+      end subroutine sample
+
+      !> The multipliers lambda at a state, at no further cost where the last evaluation was, and what the system computes besides.
+      module subroutine sample_reactions(self, t, y, outputs, s, info)
+         !> The formulation.
+         class(constrained_ode_t), intent(inout) :: self
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State: (size).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Whether what the system computes besides is wanted.
+         logical, intent(in) :: outputs
+         !> `lambda` is set, and `outputs`; its arrays are allocated if they are not.
+         type(sample_t), intent(inout) :: s
+         !> One of the `rhs_` constants.
+         integer, intent(out) :: info
+      end subroutine sample_reactions
+
+   end interface
 
 contains
 
@@ -449,101 +518,6 @@ contains
       times = self%model%breakpoints()
    end function breakpoints
 
-   !> Why the last evaluation or projection failed.
-   subroutine failure(self, text)
-      !> The formulation.
-      class(constrained_ode_t), intent(in) :: self
-      !> One line.
-      character(:), allocatable, intent(out) :: text
-
-      call self%blows%explain(text)
-      if (len(text) == 0) call self%mass%explain(self%model, text)
-      if (len(text) == 0) call self%reactions%explain(text)
-      if (len(text) == 0) call self%projector%explain(self%model, text)
-      if (len(text) == 0) call self%own_failure(text)
-   end subroutine failure
-
-   !> Compares derivatives with differences at a state where steps do not get on.
-   subroutine find_fault(self, t, y, looked, fault)
-      !> The formulation.
-      class(constrained_ode_t), intent(inout) :: self
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> State: (size).
-      real(wp), intent(in), contiguous :: y(:)
-      !> Whether there are constraints to look at.
-      logical, intent(out) :: looked
-      !> What is wrong, in words; empty if nothing was found.
-      character(:), allocatable, intent(out) :: fault
-      type(error_t), allocatable :: error
-
-      fault = ''
-      looked = self%model%c > 0
-      if (.not. looked) return
-      call self%unpack(t, y, self%at)
-      call first_look(self%model, self%at, error)
-      if (allocated(error)) fault = error%what
-   end subroutine find_fault
-
-   !> What is to be said of the motion so far that is no error: drives that begin or stop at once strike blows.
-   subroutine remark(self, text)
-      !> The formulation.
-      class(constrained_ode_t), intent(in) :: self
-      !> One line without commas; empty if there is nothing.
-      character(:), allocatable, intent(out) :: text
-      character(:), allocatable :: row
-      integer :: i
-      character(:), allocatable :: own
-
-      call self%blows%remark(text)
-      associate (changes => self%projector%keeper%changes)
-         do i = 1, size(changes, 2)
-            if (len(text) > 0) text = text//'; '
-            if (i > most_changes) then
-               text = text//'the rank changes '//to_text(size(changes, 2) - most_changes)//' times more'
-               exit
-            end if
-            call self%model%row_name(nint(changes(4, i)), row)
-            text = text//'at t = '//to_text(changes(1, i))//' s the rank '// &
-                   trim(merge('rises', 'falls', changes(3, i) > changes(2, i)))//' from '//to_text(nint(changes(2, i)))//' to '// &
-                   to_text(nint(changes(3, i)))//': '//row
-         end do
-      end associate
-      call self%own_remark(own)
-      if (len(text) > 0 .and. len(own) > 0) text = text//'; '
-      text = text//own
-      call self%projector%orientation%remark(own)
-      if (len(text) > 0 .and. len(own) > 0) text = text//'; '
-      text = text//own
-   end subroutine remark
-
-   !> What an entry of the last derivative is: of an acceleration, the force if that is not a number already.
-   subroutine entry_name(self, entry, text)
-      !> The formulation, as the last `rhs` left it.
-      class(constrained_ode_t), intent(in) :: self
-      !> Which entry of ydot.
-      integer, intent(in) :: entry
-      !> What it is called.
-      character(:), allocatable, intent(out) :: text
-      real(wp) :: force(self%model%n)
-      integer :: i
-
-      i = entry - self%model%n_x
-      if (i > 0 .and. i <= self%model%n) then
-         call self%model%force(self%at, force)
-         if (.not. all(ieee_is_finite(force))) then
-            i = findloc(ieee_is_finite(force), .false., 1)
-            text = 'the force on '//trim(velocity_name(self%model, i))
-         else
-            text = 'the acceleration of '//trim(velocity_name(self%model, i))
-         end if
-      else if (i <= 0) then
-         text = 'the rate of '//trim(coordinate_name(self%model, entry))
-      else
-         text = 'the rate of w('//to_text(i - self%model%n)//')'
-      end if
-   end subroutine entry_name
-
    !> Tells the iterations of the projection, or takes their count back.
    subroutine recount(self, count, back)
       !> The formulation.
@@ -583,121 +557,6 @@ contains
 
       call self%projector%later_corrections(self%at, d, bends)
    end subroutine later_corrections
-
-   !> Violations, multipliers, energy, rank and what the system computes besides at a state, evaluated afresh.
-   subroutine sample(self, t, y, s, info)
-      !> The formulation.
-      class(constrained_ode_t), intent(inout) :: self
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> State: (size).
-      real(wp), intent(in), contiguous :: y(:)
-      !> What there is to know; its arrays are allocated if they are not.
-      type(sample_t), intent(inout) :: s
-      !> One of the `rhs_` constants.
-      integer, intent(out) :: info
-      integer :: iterations
-
-      if (.not. allocated(s%mu)) allocate (s%mu(self%model%c), s%lambda(self%model%c), source=0.0_wp)
-      associate (model => self%model, projector => self%projector)
-         ! Output does not count as work of the method.
-         iterations = projector%iterations
-         call self%rhs(t, y, self%dydt, info)
-         projector%iterations = iterations
-         if (info /= rhs_ok) return
-         call self%accelerations(self%dydt, self%vdot)
-         call self%multipliers(s)
-
-         call self%unpack(t, y, self%at)
-         self%evaluated = .false.
-         call projector%linearize(model, self%at, info, 0.0_wp)
-         if (info /= rhs_ok) return
-         s%rank = projector%onto%rank
-         call self%find_violations()
-         s%phi = largest(self%phi)
-         s%phidot = largest(self%phidot)
-         call model%acceleration_rhs(self%at, self%b_second)
-         call projector%a%multiply(self%vdot, self%phidot, self%b_second)
-         s%phiddot = largest(self%phidot)
-         s%energy = model%energy(self%at)
-         call model%mass(self%at, self%m)
-         call self%m%multiply(self%at%v, self%vdot)
-         s%kinetic = 0.5_wp*dot_product(self%at%v, self%vdot)
-         self%kinetic_of_unit = 0.5_wp*self%m%trace()
-         s%work = self%integral + self%blows%energy
-         if (.not. self%has_integral) s%work = ieee_value(s%work, ieee_quiet_nan)
-         call find_outputs(self, s)
-         if (self%replaces) then
-            s%phi_raw = self%step_end%phi
-            s%phidot_raw = self%step_end%phidot
-            s%mu(:) = self%step_end%mu
-            call projector%onto%minimum_norm(s%mu)
-         else
-            s%phi_raw = s%phi
-            s%phidot_raw = s%phidot
-            if (self%finds_mu) return
-            call projector%velocity(model, self%at)
-            s%mu(:) = projector%mu
-            call projector%onto%minimum_norm(s%mu)
-         end if
-      end associate
-   end subroutine sample
-
-   !> The multipliers lambda at a state, at no further cost where the last evaluation was, and what the system computes besides.
-   subroutine sample_reactions(self, t, y, outputs, s, info)
-      !> The formulation.
-      class(constrained_ode_t), intent(inout) :: self
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> State: (size).
-      real(wp), intent(in), contiguous :: y(:)
-      !> Whether what the system computes besides is wanted.
-      logical, intent(in) :: outputs
-      !> `lambda` is set, and `outputs`; its arrays are allocated if they are not.
-      type(sample_t), intent(inout) :: s
-      !> One of the `rhs_` constants.
-      integer, intent(out) :: info
-      integer :: iterations
-      logical :: known
-
-      if (.not. allocated(s%mu)) allocate (s%mu(self%model%c), s%lambda(self%model%c), source=0.0_wp)
-      info = rhs_ok
-      known = self%evaluated
-      if (known) known = self%is_at(t, y)
-      if (.not. known) then
-         iterations = self%projector%iterations
-         call self%rhs(t, y, self%dydt, info)
-         self%projector%iterations = iterations
-         if (info /= rhs_ok) return
-         call self%unpack(t, y, self%at)
-      end if
-      call self%multipliers(s)
-      if (outputs) call find_outputs(self, s)
-   end subroutine sample_reactions
-
-   !> What the system computes besides at `at`.
-   subroutine find_outputs(self, s)
-      class(constrained_ode_t), intent(in) :: self
-      type(sample_t), intent(inout) :: s
-
-      select type (model => self%model)
-      class is (tabulated_system_t)
-         if (.not. allocated(s%outputs)) allocate (s%outputs(model%n_outputs), source=0.0_wp)
-         if (model%n_outputs > 0) call model%outputs(self%at, s%lambda, s%outputs)
-      end select
-   end subroutine find_outputs
-
-   !> Largest absolute entry, 0 if there is none.
-   pure function largest(values) result(value)
-      real(wp), intent(in) :: values(:)
-      real(wp) :: value
-      integer :: i
-
-      value = 0.0_wp
-      do i = 1, size(values)
-         value = max(value, abs(values(i)))
-      end do
-   end function largest
 
    !> Passes through an archive what is remembered from one step to the next; everything else follows from t and y.
    subroutine serialize(self, archive)
