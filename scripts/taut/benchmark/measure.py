@@ -17,7 +17,7 @@ SHARE = 0.1
 SLOW = 2.0
 # A peer whose run took longer than this [s] is not asked for stricter tolerances: before and after it reached
 # the smallest target.
-TOO_SLOW = 60.0
+TOO_SLOW = 20.0
 ENOUGH = 1.0
 
 

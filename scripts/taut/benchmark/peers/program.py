@@ -15,7 +15,7 @@ from taut.programs import ONE_THREAD, last_line
 # Where programs and references are kept; the folder can be deleted.
 WORK = ROOT / "build" / "benchmark"
 # Longest time that one entrant may take for one setting [s].
-PATIENCE = 300
+PATIENCE = 120
 
 
 class TookTooLongError(TautError):
