@@ -12,7 +12,8 @@ COLUMNS = "t,h,x,vx,phi,phidot,phiddot,phi_raw,phidot_raw,energy,mu1,mu2,lambda1
 )
 SUMMARY = (
     "case,method,status,t_end,steps,rejected,rhs_evaluations,projection_iterations,jacobians,"
-    "factorizations,newton_iterations,max_phi,max_phidot,max_phiddot,energy_drift,min_rank,note,wall_seconds"
+    "factorizations,newton_iterations,max_phi,max_phidot,max_phiddot,energy_drift,min_rank,note,"
+    "link1_min,link1_min_t,link1_max,link1_max_t,wall_seconds"
 )
 FREQUENCIES = (
     ("0.443067", "bending", "symmetric"),
@@ -104,7 +105,9 @@ def write_run(root: Path, case: str, method: str, made: Swung) -> None:
     errors = f"{made.phi},{made.phi},1e-15"
     line = f"{case},{method},{made.status},{rows[-1, 0]},{made.steps},12,{6 * made.steps},{5 * made.steps}"
     line += f",{made.jacobians},{2 * made.jacobians},{9 * made.jacobians}"
-    (folder / "summary.csv").write_text(f"{SUMMARY}\n{line},{errors},0.064,2,,0.1\n", encoding="utf-8")
+    (folder / "summary.csv").write_text(
+        f"{SUMMARY}\n{line},{errors},0.064,2,,-50,0.641,{made.peak},0.64,0.1\n", encoding="utf-8"
+    )
     lines = [f"{method},{name},{t}" for name, t in EVENTS.items() if made.t_end > t]
     # A second alignment comes later and does not count.
     lines += [f"{method},link-AC,{0.95 * made.t_end}"] * bool(lines)

@@ -290,12 +290,17 @@ def test_the_continuum_is_where_the_errors_of_the_meshes_point(results: Results)
 
 
 def test_what_the_meshes_and_integrators_do(results: Results, again: Results) -> None:
-    distances, cost, text = convergence.section(results)
+    distances, cost, forces, text = convergence.section(results)
     rows = {row[0]: row[1:] for row in distances.rows}
     assert len(rows) == 15 and rows["16, Radau IIA, rtol 10⁻⁴"][-1] == "0.019"
     rows = {row[0]: row[1:] for row in cost.rows}
     assert rows["64, Radau IIA, rtol 10⁻³"][:2] == ("260", "15 %")
     assert rows["4, Dormand–Prince, rtol 10⁻⁶"][:2] == ("56,518", "")
+    assert forces.rows[-1] == ("64", "150.0", "0.6400")
+    # A thrust counts like a tension.
+    thrust = again.root / "mesh64_implicit/summary.csv"
+    thrust.write_text(thrust.read_text(encoding="utf-8").replace(",-50,", ",-250,"), encoding="utf-8")
+    assert convergence.peaks(again)[64] == (250.0, 0.641)
     assert "on one mesh in the whole run: 0, 0, 0, 0 and 0 mm" in text.text
     shutil.rmtree(again.root / "mesh64_implicit")
     assert convergence.section(again) == ()

@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 
 from taut import style
 from taut.gif import cursor
+from taut.report.swing import convergence
 from taut.report.swing.measures import (
     MARKERS,
     SUPPORTS,
     event_time,
-    peak_tension,
     positions,
     reference,
     sample,
@@ -63,10 +63,10 @@ def swinging(results: Results) -> Iterator[Figure]:
             fontsize=9,
         )
     peaks = [f"peak {abs(run['lambda1']).max():.0f} N"]
-    if results.has("mesh16_event"):
+    if forces := list(convergence.peaks(results).items())[-2:]:
         # The modal model is rougher than elements, whose peak converges.
-        other, _ = peak_tension(results.case("mesh16_event").run("present"))
-        peaks.append(f"16 finite elements: {other:.0f} N")
+        told = ", ".join(f"{force:.0f} N with {n}" for n, (force, _) in forces)
+        peaks.append(f"finite elements: {told}")
     panel.annotate(
         "; ".join(peaks), (0.01, 0.97), xycoords="axes fraction", va="top", fontsize=9, color=style.GRAY
     )

@@ -152,6 +152,17 @@ def cost_figure(results: Results) -> Figure:
     return figure
 
 
+def peaks(results: Results) -> dict[int, tuple[float, float]]:
+    """Returns the largest force of link 1 [N], and when it acts [s], by number of elements."""
+    found = {}
+    for n, name in IMPLICIT.cases(results).items():
+        case = results.case(name)
+        ends = [[case.number("present", f"link1_{end}{of}") for of in ("", "_t")] for end in ("min", "max")]
+        force, time = max(ends, key=lambda one: abs(one[0]))
+        found[n] = (abs(force), time)
+    return found
+
+
 def section(results: Results) -> tuple[Paragraph | Table, ...]:
     """Tells what of the motion is mesh, what is tolerance and what is chaos, and what it costs."""
     if not all(map(results.has, FINEST)):
@@ -173,6 +184,11 @@ def section(results: Results) -> tuple[Paragraph | Table, ...]:
             "What the runs to 1.0 s take.",
             ("elements and integrator", "steps", "Jacobians a step", "time [s]"),
             tuple(cost),
+        ),
+        Table(
+            f"Largest force of link 1, in a step or at its end; {IMPLICIT.label}.",
+            ("elements", "force [N]", "at [s]"),
+            tuple((str(n), number(force, 4), number(at, 4)) for n, (force, at) in peaks(results).items()),
         ),
         Paragraph(what_is_what(results)),
     ]
