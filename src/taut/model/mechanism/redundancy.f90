@@ -16,7 +16,7 @@ module taut_model_mechanism_redundancy
    use taut_rotation, only: cross
    implicit none (type, external)
    private
-   public :: redundancy_t, find_redundancy
+   public :: redundancy_t, find_redundancy, names_of
 
    !> What was found.
    type :: redundancy_t
@@ -26,6 +26,8 @@ module taut_model_mechanism_redundancy
       integer, allocatable :: redundant(:)
       !> For each joint, whether not all of its reactions are unique: (joints).
       logical, allocatable :: involved(:)
+      !> For each joint, whether one of its rows depends on others but for a little: (joints).
+      logical, allocatable :: nearly(:)
       !> Lines for people, empty without redundancy.
       character(:), allocatable :: text
    end type redundancy_t
@@ -84,6 +86,7 @@ contains
 
       allocate (found%redundant(size(model%joints)), source=0)
       allocate (found%involved(size(model%joints)), source=.false.)
+      allocate (found%nearly(size(model%joints)), source=.false.)
       found%text = ''
       if (model%c == 0) return
       call a%set_pattern(model%n, model%first, model%column)
@@ -103,7 +106,7 @@ contains
          k = k + 1
          call find_null_vector(model, selection, i, null(k))
          found%involved(null(k)%joint) = .true.
-         if (selection%distance(i) > exactly_dependent) call tell_misfit(model, a, i, null(k), found%text)
+         if (selection%distance(i) > exactly_dependent) found%nearly(model%joint_of_row(i)) = .true.
       end do
       call tell_ignored(model, selection, found%text)
       call find_circles(size(model%bodies), null, circle)
@@ -225,23 +228,6 @@ contains
          next(key(i)) = next(key(i)) + 1
       end do
    end function lists_by
-
-   !> Says of a row that depends on the others but for a little by how much it does not fit.
-   subroutine tell_misfit(model, a, i, null, text)
-      type(mechanism_t), intent(in) :: model
-      type(csr_t), intent(in) :: a
-      integer, intent(in) :: i
-      type(null_vector_t), intent(in) :: null
-      character(:), allocatable, intent(inout) :: text
-      real(wp) :: left(model%n), v(model%c)
-
-      v = 0.0_wp
-      v(null%row) = null%value/null%value(findloc(null%row, i, 1))
-      left = 0.0_wp
-      call a%subtract_transposed(v, left)
-      text = text//model%joints(model%joint_of_row(i))%name//' nearly fits: it is off by about '//to_text(maxval(abs(left)))// &
-             ' rad and taken for redundant; give its axis and its point with all digits'//nl
-   end subroutine tell_misfit
 
    !> Names joints that ask something of a body that it has not.
    subroutine tell_ignored(model, selection, text)
@@ -628,8 +614,11 @@ contains
 
    !> Names of joints, of many the first ones.
    function names_of(model, joint) result(text)
+      !> The mechanism.
       type(mechanism_t), intent(in) :: model
+      !> Their numbers.
       integer, intent(in) :: joint(:)
+      !> Separated by commas.
       character(:), allocatable :: text
       integer :: i
 

@@ -8,7 +8,7 @@ module taut_model_mechanism_report
    use taut_constrained_system_tables, only: quantity_t
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: pose_t
-   use taut_model_mechanism_redundancy, only: find_redundancy, redundancy_t
+   use taut_model_mechanism_redundancy, only: find_redundancy, names_of, redundancy_t
    use taut_rotation, only: log_rotation
    implicit none (type, external)
    private
@@ -86,7 +86,13 @@ contains
                                                   ' are not unique; those of least norm are given'
       end if
       call model%diagnose(assembled, line)
-      if (allocated(line)) report%text = report%text//line//nl
+      if (allocated(line)) then
+         report%text = report%text//line//nl
+      else if (any(found%nearly)) then
+         report%text = report%text//'nearly fitting and taken for redundant: '// &
+                       names_of(model, pack([(i, i=1, size(model%joints))], found%nearly))// &
+                       '; give axes and points with all digits'//nl
+      end if
       do i = 1, size(model%bodies)
          call model%pose_of(given, i, before)
          call model%pose_of(assembled, i, after)
