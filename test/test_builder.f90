@@ -22,6 +22,7 @@ contains
       tests = [new_test('names are found again', names_found), &
                new_test('a double pendulum keeps its energy and its joints', double_pendulum), &
                new_test('a spring, a load and an event', spring_and_load), &
+               new_test('columns of springs, and bodies by their names', spring_columns), &
                new_test('shapes lie along their ends', shapes_by_ends), &
                new_test('elastic rows are the stiff part of the force', elastic_rows), &
                new_test('what is wrong first is told', faults), &
@@ -168,6 +169,57 @@ contains
          call check_close(failure, (g_near(1) - g(1))/step, b(k), 1.0e-5_wp, 'derivative')
       end do
    end subroutine elastic_rows
+
+   !> A spring with a damper that is pulled at, and one about a hinge: what they do, and how they are chosen.
+   subroutine spring_columns(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(len=14), parameter :: names(4) = [character(len=14) :: 'about.moment', 'about.angle', 'between.force', &
+                                                  'between.length']
+      real(wp), parameter :: angle = 0.3_wp, far = 2.5_wp, fast = 0.4_wp
+      type(mechanism_builder_t) :: builder, faulty
+      type(mechanism_t) :: mechanism
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      real(wp), allocatable :: lambda(:), values(:)
+      integer :: i, k
+
+      call build(builder)
+      call builder%add_point_mass('bob', 1.0_wp, position=[0.0_wp, far, 0.0_wp], velocity=[0.0_wp, fast, 0.0_wp])
+      call builder%add_spring(body_2='bob', point_1=o, stiffness=100.0_wp, damping=5.0_wp, free_length=2.0_wp, preload=1.0_wp, &
+                              name='between')
+      call builder%add_spring(joint='A', stiffness=10.0_wp, free_angle=-angle, name='about')
+      faulty = builder
+      call builder%show_springs(['about  ', 'between'])
+      call builder%complete(mechanism, at, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      allocate (lambda(mechanism%c), values(mechanism%n_outputs), source=0.0_wp)
+      call mechanism%outputs(at, lambda, values)
+      k = mechanism%n_outputs - 4
+      do i = 1, 4
+         call check(failure, mechanism%output_name(k + i) == names(i), 'a name: '//trim(mechanism%output_name(k + i)))
+      end do
+      call check_close(failure, values(k + 1), 10.0_wp*angle, 1.0e-14_wp, 'moment')
+      call check_close(failure, values(k + 2), 0.0_wp, 1.0e-14_wp, 'angle')
+      call check_close(failure, values(k + 3), 1.0_wp + 100.0_wp*(far - 2.0_wp) + 5.0_wp*fast, 1.0e-13_wp, 'force')
+      call check_close(failure, values(k + 4), far, 1.0e-14_wp, 'length')
+      associate (bob => mechanism%bodies(max(1, mechanism%body_index('bob'))))
+         call check(failure, trim(bob%name) == 'bob' .and. at%v(bob%before_v + 2) > 0.0_wp, 'the velocities of bob')
+      end associate
+      call check(failure, mechanism%body_index('bod') == 0, 'no such body')
+      call faulty%show_springs(['betwen'])
+      call check(failure, allocated(faulty%error), 'no such spring')
+      if (allocated(failure)) return
+      call check(failure, index(faulty%error%line(), 'did you mean "between"') > 0, faulty%error%line())
+      deallocate (faulty%error)
+      call faulty%add_spring(joint='A', stiffness=1.0_wp, name='upper')
+      call faulty%show_springs()
+      call check(failure, allocated(faulty%error), 'a body has the name')
+      deallocate (faulty%error)
+      call faulty%add_spring(joint='A', stiffness=1.0_wp, name='about')
+      call faulty%show_springs(['about'])
+      call check(failure, allocated(faulty%error), 'two of one name')
+   end subroutine spring_columns
 
    !> Moments of inertia along and across a line from end to end that is askew, and in the plane; a size that belongs to another
    !! axis.

@@ -243,6 +243,19 @@ contains
       g%kind = function_step
       call g%evaluate(5.0_wp, here)
       call check_close(failure, here(1), 1.0_wp, 1.0e-15_wp, 'a step ends at offset + amplitude')
+      ! From rest at 0.25 to 1.2/s at 1.5: half of what the rate would have gone, without a jump of the acceleration.
+      g%kind = function_run_up
+      call g%evaluate(0.25_wp, here)
+      call check_close(failure, norm2(here - [0.3_wp, 0.0_wp, 0.0_wp]), 0.0_wp, 1.0e-15_wp, 'a run-up begins at rest')
+      call g%evaluate(1.5_wp - 1.0e-9_wp, before)
+      call g%evaluate(1.5_wp, here)
+      call check_close(failure, norm2(here - [0.3_wp + 0.5_wp*1.2_wp*1.25_wp, 1.2_wp, 0.0_wp]), 0.0_wp, 1.0e-15_wp, 'its end')
+      call check_close(failure, norm2(here - before), 0.0_wp, 1.0e-8_wp, 'nothing jumps')
+      call g%evaluate(3.5_wp, here)
+      call check_close(failure, here(1), 0.3_wp + 0.75_wp + 2.4_wp, 1.0e-15_wp, 'then it goes on')
+      g%finish = g%start
+      call g%check(error)
+      call check(failure, allocated(error), 'a run-up takes time')
    end subroutine function_derivatives
 
    !> Not-a-knot splines reproduce cubics, and three points give a parabola.

@@ -1,8 +1,9 @@
 !> Mechanisms whose joints prevent the same motion more than once: what is told of them, and how they move.
 module test_mechanism_redundancy
-   use taut, only: error_t, simulate, state_t, status_reached_end, wp
+   use taut, only: error_t, mechanism_t, simulate, state_t, status_reached_end, wp
    use taut_case_mechanism, only: read_mechanism
    use taut_case_namelist_file, only: namelist_file_t
+   use taut_constrained_system_tables, only: quantity_t
    use taut_error, only: to_text
    use test_case, only: lf, load
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
@@ -154,7 +155,35 @@ contains
          call check(failure, run%report%rank == rank, 'rank '//to_text(run%report%rank))
          call check(failure, index(run%report%text, redundancy) > 0, run%report%text)
          call check(failure, index(run%report%text, reactions) > 0, run%report%text)
+         call compare_table(run%model, reactions)
       end subroutine expect
+
+      !> The table of the model says the same of the first joint as the words.
+      subroutine compare_table(model, reactions)
+         type(mechanism_t), intent(in) :: model
+         character(*), intent(in) :: reactions
+         type(quantity_t), allocatable :: list(:)
+         character(len=6), parameter :: what(2) = ['force ', 'moment']
+         character(len=6), parameter :: where(2) = ['along ', 'across']
+         integer :: i, j, k
+         logical :: unique
+
+         list = model%quantities()
+         if (index(reactions, '; unique: ') == 0) return
+         do i = 1, 2
+            do j = 1, 2
+               unique = index(reactions(index(reactions, '; unique: '):), trim(what(i))//' '//where(j)) > 0
+               do k = 1, size(list)
+                  if (list(k)%name == 'unique:'//trim(model%joints(1)%name)//'.'//trim(what(i))//'_'//trim(where(j))) exit
+               end do
+               if (k > size(list)) then
+                  call check(failure, .not. unique, 'not in the table: '//what(i)//' '//where(j))
+               else
+                  call check(failure, (list(k)%value > 0.5_wp) .eqv. unique, 'the table of '//list(k)%name)
+               end if
+            end do
+         end do
+      end subroutine compare_table
 
    end subroutine words_of_redundancy
 

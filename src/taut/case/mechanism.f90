@@ -166,19 +166,26 @@ contains
 
    end subroutine check_tables
 
-   !> The joints that &output names.
+   !> The joints and springs that &output names.
    subroutine choose_shown(file, output, builder, error)
       type(namelist_file_t), intent(in) :: file
       type(mechanism_output_t), intent(in) :: output
       type(mechanism_builder_t), intent(inout) :: builder
       type(error_t), allocatable, intent(inout) :: error
 
-      if (.not. allocated(output%joints)) return
-      if (output%joints(1) == 'all') return
-      if (output%joints(1) == 'none') then
-         call builder%show_joints(output%joints(:0))
-      else
-         call builder%show_joints(output%joints)
+      if (allocated(output%joints)) then
+         if (output%joints(1) == 'none') then
+            call builder%show_joints(output%joints(:0))
+         else if (output%joints(1) /= 'all') then
+            call builder%show_joints(output%joints)
+         end if
+      end if
+      if (allocated(output%springs)) then
+         if (output%springs(1) == 'all') then
+            call builder%show_springs()
+         else
+            call builder%show_springs(output%springs)
+         end if
       end if
       if (.not. allocated(builder%error)) return
       call move_alloc(builder%error, error)

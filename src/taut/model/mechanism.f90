@@ -76,6 +76,8 @@ module taut_model_mechanism
       integer, allocatable :: shown(:)
       !> How many outputs come before those of each joint that is shown: (shown).
       integer, allocatable :: before_output(:)
+      !> Springs whose force and length are written out, behind those of joints.
+      integer, allocatable :: shown_springs(:)
       !> What was found out at the start, for the table of the model.
       type(quantity_t), allocatable :: findings(:)
       !> The same for people, in lines, and what a reader of the results has to know.
@@ -101,6 +103,7 @@ module taut_model_mechanism
       procedure :: displace
       procedure :: normalize
       procedure :: breakpoints
+      procedure :: body_index
       procedure :: x_name
       procedure :: v_name
       procedure :: pattern
@@ -536,6 +539,13 @@ module taut_model_mechanism
          real(wp), intent(out) :: length, rate, direction(3)
       end subroutine spring_motion
 
+      !> Force or moment of a spring with its damper; tension, or what turns back, is positive.
+      pure module function spring_force(spring, length, rate) result(force)
+         type(spring_t), intent(in) :: spring
+         real(wp), intent(in) :: length, rate
+         real(wp) :: force
+      end function spring_force
+
       !> The bodies of a spring.
       pure module subroutine spring_bodies(self, spring, body_1, body_2)
          class(mechanism_t), intent(in) :: self
@@ -546,6 +556,16 @@ module taut_model_mechanism
 
    ! What is written of it.
    interface
+      !> The number of a body by its name: its coordinates begin behind `bodies(i)%before_x`, its velocities behind `before_v`.
+      pure module function body_index(self, name) result(i)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The name; trailing blanks do not count.
+         character(*), intent(in) :: name
+         !> The number; 0 if there is no body of this name.
+         integer :: i
+      end function body_index
+
       !> Such as rod1.x, rod1.qa or, in the plane, rod1.angle; hinge.angle of a joint that counts its turns.
       module function x_name(self, i) result(name)
          !> The mechanism.

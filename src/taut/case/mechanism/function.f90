@@ -6,7 +6,8 @@ module taut_case_mechanism_function
    use taut_case_mechanism_part, only: part_t
    use taut_case_mechanism_table, only: read_table
    use taut_model_mechanism_builder, only: mechanism_builder_t
-   use taut_model_mechanism_function, only: function_kinds, function_ramp, function_step, function_table, time_function_t
+   use taut_model_mechanism_function, only: function_kinds, function_ramp, function_run_up, function_step, function_table, &
+                                            time_function_t
    implicit none (type, external)
    private
    public :: function_group_t
@@ -38,17 +39,18 @@ contains
       call self%declare_name(entries, 'by which joints and loads name it')
       call entries%item('kind', self%kind, 'constant: offset; ramp: offset + rate (t - start) from start to finish; sine and '// &
                         'cosine: offset + amplitude sin(omega t + phase); step: offset to offset + amplitude from start to '// &
-                        'finish, with two smooth derivatives; polynomial: offset + sum of coefficients(k) t^k; table: cubic '// &
+                        'finish, with two smooth derivatives; run-up: from rest at start to the constant rate at finish, as '// &
+                        'smooth, then on with it; polynomial: offset + sum of coefficients(k) t^k; table: cubic '// &
                         'spline through the rows of a CSV file', function_kinds)
       call entries%item('offset', self%offset, '', 'is added to all kinds')
       call entries%item('amplitude', self%amplitude, '', 'of sine, cosine and step')
-      call entries%item('rate', self%rate, '1/s', 'of a ramp')
+      call entries%item('rate', self%rate, '1/s', 'of a ramp, and at the end of a run-up')
       call entries%option('frequency', self%frequency, 'Hz', 'of sine and cosine, in the place of omega')
       call entries%option('omega', self%omega, 'rad/s', 'of sine and cosine')
       call entries%item('phase', self%phase, 'rad', 'of sine and cosine')
-      call entries%item('start', self%start, 's', 'of a ramp or a step')
-      call entries%option('finish', self%finish, 's', 'of a ramp, without: never; of a step, without: start, a jump, which is '// &
-                          'for loads only')
+      call entries%item('start', self%start, 's', 'of a ramp, a step or a run-up')
+      call entries%option('finish', self%finish, 's', 'of a run-up; of a ramp, without: never; of a step, without: start, a '// &
+                          'jump, which is for loads only')
       call entries%option('coefficients', self%coefficients, '', 'of t, t^2, ...: the first belongs to t, the constant is offset', &
                           [(i, i=1, most_coefficients)])
       call entries%option('table', self%table, 'CSV file with rows time,value; its path is from the folder of the case file; '// &
@@ -83,7 +85,7 @@ contains
       end if
       if (allocated(self%frequency) .and. allocated(self%omega)) &
          call raise(builder%error, '', 'frequency and omega are both given', 'give one of them')
-      if (any(made%kind == [function_step, function_ramp]) .and. made%finish < made%start) &
+      if (any(made%kind == [function_step, function_ramp, function_run_up]) .and. made%finish < made%start) &
          call raise(builder%error, '', 'finish = '//to_text(made%finish)//' is before start', 'give a later time')
       if ((made%kind == function_table) .neqv. allocated(self%table)) &
          call raise(builder%error, '', 'table and kind do not go together', &

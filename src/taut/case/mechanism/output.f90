@@ -6,15 +6,17 @@ module taut_case_mechanism_output
    private
    public :: mechanism_output_t
 
-   !> What all models have, and the joints whose reactions are written.
+   !> What all models have, the joints whose reactions are written, and the springs.
    type, extends(output_group_t) :: mechanism_output_t
       !> Names; `all` or `none` alone; not allocated for all.
       character(len=longest_name), allocatable :: joints(:)
+      !> Names of springs and dampers; `all` alone; not allocated for none.
+      character(len=longest_name), allocatable :: springs(:)
    contains
       procedure :: declare
    end type mechanism_output_t
 
-   integer, parameter :: most_joints = 100000
+   integer, parameter :: most_names = 100000
 
 contains
 
@@ -27,7 +29,9 @@ contains
 
       call self%output_group_t%declare(entries)
       call entries%option('joints', self%joints, 'joints whose reactions are written: names, "all" or "none"; without: all', &
-                          most_joints)
+                          most_names)
+      call entries%option('springs', self%springs, 'springs and dampers whose force and length, about a joint moment and '// &
+                          'angle, are written: names, or "all"; without: none', most_names)
    end subroutine declare
 
 end module taut_case_mechanism_output

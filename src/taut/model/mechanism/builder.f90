@@ -70,6 +70,8 @@ module taut_model_mechanism_builder
       type(anchor_t), allocatable :: anchors(:)
       !> Joints whose reactions are written out; not allocated for all.
       integer, allocatable :: shown(:)
+      !> Springs whose force and length are written out; not allocated for none.
+      integer, allocatable :: shown_springs(:)
       !> What is taken, and may not be what was meant; not allocated for nothing.
       type(error_t), allocatable :: notes(:)
       type(name_index_t), private :: anchor_names, joint_names, function_names, event_names
@@ -87,6 +89,7 @@ module taut_model_mechanism_builder
       procedure :: add_beam
       procedure :: add_event
       procedure :: show_joints
+      procedure :: show_springs
       procedure :: complete
       procedure :: find_anchor
       procedure :: find_function
@@ -309,6 +312,14 @@ module taut_model_mechanism_builder
          character(*), intent(in), optional :: name
       end subroutine add_spring
 
+      !> Chooses the springs and dampers whose force and length, or moment and angle, are written out; without a call, none.
+      module subroutine show_springs(self, names)
+         !> The builder; its error is set for a name that is not one spring's, or that has other columns.
+         class(mechanism_builder_t), intent(inout) :: self
+         !> Their names: (springs); without it, all.
+         character(*), intent(in), optional :: names(:)
+      end subroutine show_springs
+
       !> A straight beam of finite-volume elements; its nodes are the bodies name1, name2, ...
       module subroutine add_beam(self, name, from, to, elements, young, density, thickness, width, poisson, axis_2, damping)
          !> The builder.
@@ -450,6 +461,7 @@ contains
       if (allocated(self%points)) mechanism%points = self%points(:self%point_count)
       if (allocated(self%events)) mechanism%events = self%events(:self%event_count)
       if (allocated(self%shown)) mechanism%shown = self%shown
+      if (allocated(self%shown_springs)) mechanism%shown_springs = self%shown_springs
       call mechanism%complete(error)
       if (.not. allocated(error)) start = mechanism%start_state()
    end subroutine complete

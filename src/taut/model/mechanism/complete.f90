@@ -23,6 +23,7 @@ contains
       if (.not. allocated(self%events)) allocate (self%events(0))
       if (.not. allocated(self%findings)) allocate (self%findings(0))
       if (.not. allocated(self%shown)) self%shown = [(i, i=1, size(self%joints))]
+      if (.not. allocated(self%shown_springs)) allocate (self%shown_springs(0))
       if (size(self%bodies) == 0) call raise(error, here, 'it has no body', 'add a &body or a &point_mass')
       n = 0
       n_x = 0
@@ -187,6 +188,7 @@ contains
          self%before_output(i) = self%n_outputs
          self%n_outputs = self%n_outputs + outputs_of_joint(self, self%joints(self%shown(i)))
       end do
+      self%n_outputs = self%n_outputs + 2*size(self%shown_springs)
    end subroutine count_outputs
 
 end submodule taut_model_mechanism_complete

@@ -152,6 +152,11 @@ contains
       end do
    end procedure spring_motion
 
+   !> Force or moment of a spring with its damper.
+   module procedure spring_force
+      force = spring%preload + spring%stiffness*(length - spring%free) + spring%damping*rate
+   end procedure spring_force
+
    !> The bodies of a spring.
    module procedure spring_bodies
       body_1 = spring%body_1
@@ -178,8 +183,7 @@ contains
       call self%pose_of(at, body_2, two)
       call spring_motion(self, at, spring, one, two, length, rate, direction)
       tension = spring%preload
-      if (.not. (soft .and. spring%stiffness > 0.0_wp)) &
-         tension = spring%preload + spring%stiffness*(length - spring%free) + spring%damping*rate
+      if (.not. (soft .and. spring%stiffness > 0.0_wp)) tension = spring_force(spring, length, rate)
       do i = 1, 3
          pull(i) = tension*direction(i)
          back(i) = -pull(i)

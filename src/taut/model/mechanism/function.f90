@@ -6,20 +6,22 @@ module taut_model_mechanism_function
    implicit none (type, external)
    private
    public :: time_function_t, function_kinds
-   public :: function_constant, function_ramp, function_sine, function_cosine, function_step, function_polynomial, function_table
+   public :: function_constant, function_ramp, function_sine, function_cosine, function_step, function_run_up, &
+             function_polynomial, function_table
 
    integer, parameter :: function_constant = 1, function_ramp = 2, function_sine = 3, function_cosine = 4, function_step = 5, &
-                         function_polynomial = 6, function_table = 7
+                         function_run_up = 6, function_polynomial = 7, function_table = 8
    !> Names of the kinds, in the order of their numbers.
-   character(len=10), parameter :: function_kinds(7) = [character(len=10) :: 'constant', 'ramp', 'sine', 'cosine', 'step', &
-                                                        'polynomial', 'table']
+   character(len=10), parameter :: function_kinds(8) = [character(len=10) :: 'constant', 'ramp', 'sine', 'cosine', 'step', &
+                                                        'run-up', 'polynomial', 'table']
 
    !> A function g(t), without a unit of its own. Outside [start, finish] a ramp, a step and a table keep their end values.
    !!
    !! constant: g = offset. ramp: offset + rate (t - start). sine, cosine: offset + amplitude sin(omega t + phase).
    !! step: offset + amplitude (10 s^3 - 15 s^4 + 6 s^5), s = (t - start)/(finish - start), or a jump at `start` if finish is
-   !! not later. polynomial: offset + sum of coefficients(k) t^k. table: a cubic spline with two continuous derivatives
-   !! (not-a-knot ends) through values at times.
+   !! not later. run-up: gdot = rate (10 s^3 - 15 s^4 + 6 s^5), from rest at `start` to a constant rate from `finish` on.
+   !! polynomial: offset + sum of coefficients(k) t^k. table: a cubic spline with two continuous derivatives (not-a-knot ends)
+   !! through values at times.
    type :: time_function_t
       !> What it is called.
       character(:), allocatable :: name
@@ -55,6 +57,9 @@ contains
                     huge(1.0_wp))) &
          call raise(error, here, 'one of its numbers is not finite', 'correct it')
       select case (self%kind)
+      case (function_run_up)
+         if (.not. (self%finish > self%start .and. self%finish < huge(1.0_wp))) &
+            call raise(error, here, 'a run-up takes time', 'give a finish that is later than its start')
       case (function_polynomial)
          if (.not. allocated(self%coefficients)) call raise(error, here, 'it has no coefficients', 'give those of t, t^2, ...')
          if (allocated(error)) return
@@ -149,6 +154,17 @@ contains
             g(2) = self%amplitude*30.0_wp*s**2*(1.0_wp - s)**2/l
             g(3) = self%amplitude*60.0_wp*s*(1.0_wp - s)*(1.0_wp - 2.0_wp*s)/l**2
          end if
+      case (function_run_up)
+         l = self%finish - self%start
+         if (t >= self%finish) then
+            g(1) = self%offset + self%rate*(t - self%start - 0.5_wp*l)
+            g(2) = self%rate
+         else if (t > self%start) then
+            s = (t - self%start)/l
+            g(1) = self%offset + self%rate*l*s**4*(2.5_wp - s*(3.0_wp - s))
+            g(2) = self%rate*s**3*(10.0_wp - s*(15.0_wp - 6.0_wp*s))
+            g(3) = self%rate*30.0_wp*s**2*(1.0_wp - s)**2/l
+         end if
       case (function_polynomial)
          ! Horner's scheme for p(t) = sum of c(k) t^k and its derivatives; the constant coefficient is the offset.
          g(1) = 0.0_wp
@@ -219,7 +235,7 @@ contains
 
       times = [real(wp) ::]
       select case (self%kind)
-      case (function_ramp, function_step)
+      case (function_ramp, function_step, function_run_up)
          times = [self%start, self%finish]
          if (self%jumps()) times = [self%start]
          times = pack(times, abs(times) < huge(1.0_wp))

@@ -16,7 +16,11 @@ module taut_model_mechanism_redundancy
    use taut_rotation, only: cross
    implicit none (type, external)
    private
-   public :: redundancy_t, find_redundancy, names_of
+   public :: redundancy_t, find_redundancy, names_of, components
+
+   !> What a reaction is told apart into: by its axis, or, of joints without one, as a whole.
+   character(len=13), parameter :: components(6) = [character(len=13) :: 'force', 'force along', 'force across', 'moment', &
+                                                    'moment along', 'moment across']
 
    !> What was found.
    type :: redundancy_t
@@ -28,6 +32,8 @@ module taut_model_mechanism_redundancy
       logical, allocatable :: involved(:)
       !> For each joint, whether one of its rows depends on others but for a little: (joints).
       logical, allocatable :: nearly(:)
+      !> Of joints that are involved, which of `components` are unique, and which the joint has and are not: (6, joints).
+      logical, allocatable :: unique(:, :), loose(:, :)
       !> Lines for people, empty without redundancy.
       character(:), allocatable :: text
    end type redundancy_t
@@ -87,6 +93,8 @@ contains
       allocate (found%redundant(size(model%joints)), source=0)
       allocate (found%involved(size(model%joints)), source=.false.)
       allocate (found%nearly(size(model%joints)), source=.false.)
+      allocate (found%unique(size(components), size(model%joints)), source=.false.)
+      allocate (found%loose(size(components), size(model%joints)), source=.false.)
       found%text = ''
       if (model%c == 0) return
       call a%set_pattern(model%n, model%first, model%column)
@@ -111,7 +119,7 @@ contains
       call tell_ignored(model, selection, found%text)
       call find_circles(size(model%bodies), null, circle)
       call tell_circles(model, at, null, circle, lambda, found%text)
-      call tell_reactions(model, at, null, found%involved, lambda, found%text)
+      call tell_reactions(model, at, null, lambda, found)
    end subroutine find_redundancy
 
    !> The null vector of a row that is left out.
@@ -447,13 +455,12 @@ contains
    end function direction_of
 
    !> For each joint whose reactions are not all unique, which are and which are not; joints that are alike are told once.
-   subroutine tell_reactions(model, at, null, involved, lambda, text)
+   subroutine tell_reactions(model, at, null, lambda, found)
       type(mechanism_t), intent(in) :: model
       type(state_t), intent(in) :: at
       type(null_vector_t), intent(in) :: null(:)
-      logical, intent(in) :: involved(:)
       type(multipliers_t), intent(inout) :: lambda
-      character(:), allocatable, intent(inout) :: text
+      type(redundancy_t), intent(inout) :: found
       type(sentence_t), allocatable :: sentence(:)
       type(sentence_t) :: one
       type(lists_t) :: member, rows
@@ -462,13 +469,14 @@ contains
 
       ! The null vectors of each joint, by their joints one after the other.
       vector = [((k, i=1, size(null(k)%joint)), k=1, size(null))]
-      member = lists_by([(null(k)%joint, k=1, size(null))], size(involved))
-      rows = lists_by(model%joint_of_row, size(involved))
+      member = lists_by([(null(k)%joint, k=1, size(null))], size(found%involved))
+      rows = lists_by(model%joint_of_row, size(found%involved))
       allocate (sentence(0))
-      do j = 1, size(involved)
-         if (.not. involved(j)) cycle
+      do j = 1, size(found%involved)
+         if (.not. found%involved(j)) cycle
          call describe_reactions(model, at, null, vector(member%of(member%first(j):member%first(j + 1) - 1)), &
-                                 rows%of(rows%first(j):rows%first(j + 1) - 1), j, lambda, one%what, one%besides)
+                                 rows%of(rows%first(j):rows%first(j + 1) - 1), j, lambda, one%what, one%besides, &
+                                 found%unique(:, j), found%loose(:, j))
          one%joint = [j]
          do i = 1, size(sentence)
             if (sentence(i)%what == one%what .and. sentence(i)%besides == one%besides) exit
@@ -480,21 +488,22 @@ contains
          end if
       end do
       do i = 1, size(sentence)
-         text = text//'reactions that are not unique (those of least norm are given): '//sentence(i)%what//' of '// &
+         found%text = found%text//'reactions that are not unique (those of least norm are given): '//sentence(i)%what//' of '// &
                 names_of(model, sentence(i)%joint)
-         if (len(sentence(i)%besides) > 0) text = text//'; unique: '//sentence(i)%besides
-         text = text//nl
+         if (len(sentence(i)%besides) > 0) found%text = found%text//'; unique: '//sentence(i)%besides
+         found%text = found%text//nl
       end do
    end subroutine tell_reactions
 
    !> The components of a joint's reaction that are not unique, and those that are.
-   subroutine describe_reactions(model, at, null, vector, rows, j, lambda, components, unique)
+   subroutine describe_reactions(model, at, null, vector, rows, j, lambda, what, besides, is_unique, is_loose)
       type(mechanism_t), intent(in) :: model
       type(state_t), intent(in) :: at
       type(null_vector_t), intent(in) :: null(:)
       integer, intent(in) :: vector(:), rows(:), j
       type(multipliers_t), intent(inout) :: lambda
-      character(:), allocatable, intent(out) :: components, unique
+      character(:), allocatable, intent(out) :: what, besides
+      logical, intent(inout) :: is_unique(:), is_loose(:)
       type(null_vector_t) :: row(size(rows))
       real(wp), allocatable :: f(:, :, :), f_row(:, :, :), m(:, :, :), m_row(:, :, :)
       real(wp) :: axis(3)
@@ -507,36 +516,37 @@ contains
       end do
       call loads_of(model, at, row, [(i, i=1, size(rows))], [j], lambda, f_row, m_row)
       axis = axis_of(model, at, j)
-      components = ''
-      unique = ''
-      call judge('force', f(:, 1, :), f_row(:, 1, :))
-      call judge('moment', m(:, 1, :), m_row(:, 1, :))
-      components = components(3:)
-      if (len(unique) > 0) unique = unique(3:)
+      what = ''
+      besides = ''
+      call judge(1, f(:, 1, :), f_row(:, 1, :))
+      call judge(4, m(:, 1, :), m_row(:, 1, :))
+      what = what(3:)
+      if (len(besides) > 0) besides = besides(3:)
 
    contains
 
       !> One of the two, along the axis and across it.
-      subroutine judge(name, null_loads, row_loads)
-         character(*), intent(in) :: name
+      subroutine judge(c, null_loads, row_loads)
+         !> Which of `components` it is as a whole.
+         integer, intent(in) :: c
          real(wp), intent(in) :: null_loads(:, :), row_loads(:, :)
          real(wp) :: along(3, 3)
          integer :: i
 
          if (.not. norm2(axis) > 0.5_wp) then
-            call note(name, null_loads, row_loads)
+            call note(c, null_loads, row_loads)
             return
          end if
          do i = 1, 3
             along(:, i) = axis*axis(i)
          end do
-         call note(name//' along', matmul(along, null_loads), matmul(along, row_loads))
-         call note(name//' across', null_loads - matmul(along, null_loads), row_loads - matmul(along, row_loads))
+         call note(c + 1, matmul(along, null_loads), matmul(along, row_loads))
+         call note(c + 2, null_loads - matmul(along, null_loads), row_loads - matmul(along, row_loads))
       end subroutine judge
 
       !> One component, if the joint has it.
-      subroutine note(name, null_loads, row_loads)
-         character(*), intent(in) :: name
+      subroutine note(c, null_loads, row_loads)
+         integer, intent(in) :: c
          real(wp), intent(in) :: null_loads(:, :), row_loads(:, :)
          real(wp) :: left(3, size(null_loads, 2)), none(1, size(null_loads, 2))
          integer :: has, loose
@@ -546,12 +556,13 @@ contains
          left = null_loads
          none = 0.0_wp
          call reduce(left, none, loose)
+         is_unique(c) = loose == 0
+         is_loose(c) = loose > 0
          if (loose == 0) then
-            unique = unique//', '//name
-         else if (loose == 1 .and. has > 1) then
-            components = components//', '//name//' in the direction '//direction_text(left(:, 1))
+            besides = besides//', '//trim(components(c))
          else
-            components = components//', '//name
+            what = what//', '//trim(components(c))
+            if (loose == 1 .and. has > 1) what = what//' in the direction '//direction_text(left(:, 1))
          end if
       end subroutine note
 

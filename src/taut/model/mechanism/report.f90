@@ -8,7 +8,7 @@ module taut_model_mechanism_report
    use taut_constrained_system_tables, only: quantity_t
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: pose_t
-   use taut_model_mechanism_redundancy, only: find_redundancy, names_of, redundancy_t
+   use taut_model_mechanism_redundancy, only: components, find_redundancy, names_of, redundancy_t
    use taut_rotation, only: log_rotation
    implicit none (type, external)
    private
@@ -46,7 +46,8 @@ contains
       type(redundancy_t) :: found
       character(:), allocatable :: line
       real(wp) :: moved, turned
-      integer :: i, rank, redundant
+      type(quantity_t), allocatable :: list(:)
+      integer :: i, k, number, rank, redundant
 
       call find_redundancy(model, assembled, found)
       rank = found%rank
@@ -55,7 +56,9 @@ contains
       report%redundant = found%redundant
       report%involved = found%involved
       redundant = model%c - rank
-      model%findings = [quantity_t ::]
+      ! Room for all that there can be: lists that grow one by one take the square of the time.
+      allocate (list(8 + (2 + size(components))*size(model%joints) + 2*size(model%bodies)))
+      number = 0
       model%remark = ''
       call add('bodies', real(size(model%bodies), wp), '1')
       call add('velocities', real(model%n, wp), '1')
@@ -79,6 +82,13 @@ contains
          report%text = report%text//found%text
          do i = 1, size(model%joints)
             if (report%involved(i)) call add('not_unique:'//model%joints(i)%name, 1.0_wp, '1')
+         end do
+         do i = 1, size(model%joints)
+            do k = 1, size(components)
+               if (found%unique(k, i) .or. found%loose(k, i)) &
+                  call add('unique:'//model%joints(i)%name//'.'//underscored(components(k)), &
+                           merge(1.0_wp, 0.0_wp, found%unique(k, i)), '1')
+            end do
          end do
          model%remark = trim(counted(redundant, 'redundant constraint', 'redundant constraints'))
          if (any(report%involved)) model%remark = model%remark//': reactions of '// &
@@ -115,6 +125,7 @@ contains
          call add('velocity_correction_energy', start%energy_gained, 'J')
       end if
       model%description = report%text
+      model%findings = list(:number)
 
    contains
 
@@ -123,10 +134,23 @@ contains
          character(*), intent(in) :: name, unit
          real(wp), intent(in) :: value
 
-         model%findings = [model%findings, quantity_t(name, value, unit)]
+         number = number + 1
+         list(number) = quantity_t(name, value, unit)
       end subroutine add
 
    end subroutine report_start
+
+   !> A name in one word.
+   pure function underscored(name) result(word)
+      character(*), intent(in) :: name
+      character(len=len_trim(name)) :: word
+      integer :: i
+
+      word = name
+      do i = 1, len(word)
+         if (word(i:i) == ' ') word(i:i) = '_'
+      end do
+   end function underscored
 
    !> A number and its noun, padded with blanks.
    pure function counted(number, one, many) result(text)

@@ -7,6 +7,13 @@ submodule(taut_model_mechanism) taut_model_mechanism_tables
 
 contains
 
+   !> The number of a body by its name.
+   module procedure body_index
+      do i = size(self%bodies), 1, -1
+         if (self%bodies(i)%name == name) return
+      end do
+   end procedure body_index
+
    !> Such as rod1.x, rod1.qa or, in the plane, rod1.angle; hinge.angle of a joint that counts its turns.
    module procedure x_name
       character(len=5), parameter :: in_space(7) = ['x    ', 'y    ', 'z    ', 'qa   ', 'qb   ', 'qc   ', 'qd   '], &
@@ -32,15 +39,24 @@ contains
       name = self%bodies(body)%name//'.'//entries(entry_of_velocity(k, self%bodies(body)%kind))
    end procedure v_name
 
-   !> Such as tip.x, hinge.fx, hinge.m3 or hinge.angle.
+   !> Such as tip.x, hinge.fx, hinge.m3, hinge.angle or bumper.force.
    module procedure output_name
       character(len=2), parameter :: in_space(12) = ['fx', 'fy', 'fz', 'mx', 'my', 'mz', 'f1', 'f2', 'f3', 'm1', 'm2', 'm3'], &
                                      in_plane(6) = ['fx', 'fy', 'mz', 'f1', 'f2', 'f3']
+      ! Between points, and about a joint.
+      character(len=6), parameter :: of_spring(2, 2) = reshape(['force ', 'length', 'moment', 'angle '], [2, 2])
       integer :: k, n
 
       n = merge(2, 3, self%planar)
       if (i <= n*size(self%points)) then
          name = self%points(1 + (i - 1)/n)%name//'.'//achar(iachar('x') + modulo(i - 1, n))
+         return
+      end if
+      k = i - (self%n_outputs - 2*size(self%shown_springs))
+      if (k > 0) then
+         associate (spring => self%springs(self%shown_springs((k + 1)/2)))
+            name = spring%name//'.'//trim(of_spring(2 - modulo(k, 2), merge(2, 1, spring%joint > 0)))
+         end associate
          return
       end if
       n = last_before(self%before_output, i)
@@ -57,11 +73,11 @@ contains
       end associate
    end procedure output_name
 
-   !> Positions of points; reactions, angles and displacements of joints.
+   !> Positions of points; reactions, angles and displacements of joints; forces and lengths of springs.
    module procedure outputs
       type(pose_t) :: one, two
-      real(wp) :: e(3, 3), f(3), m(3), p(3)
-      integer :: i, k, n
+      real(wp) :: direction(3), e(3, 3), f(3), length, m(3), p(3), rate
+      integer :: body_1, body_2, i, k, n
 
       k = 0
       n = merge(2, 3, self%planar)
@@ -96,6 +112,16 @@ contains
                k = k + 1
                values(k) = joint_displacement(joint, one, two)
             end if
+         end associate
+      end do
+      do i = 1, size(self%shown_springs)
+         associate (spring => self%springs(self%shown_springs(i)))
+            call spring_bodies(self, spring, body_1, body_2)
+            call self%pose_of(at, body_1, one)
+            call self%pose_of(at, body_2, two)
+            call spring_motion(self, at, spring, one, two, length, rate, direction)
+            values(k + 1:k + 2) = [spring_force(spring, length, rate), length]
+            k = k + 2
          end associate
       end do
    end procedure outputs

@@ -181,6 +181,44 @@ contains
 
    end procedure add_spring
 
+   !> Springs whose force and length are written out.
+   module procedure show_springs
+      integer :: i
+
+      if (allocated(self%error)) return
+      if (present(names)) then
+         self%shown_springs = [(number_of(trim(names(i))), i=1, size(names))]
+      else
+         self%shown_springs = [(number_of(self%springs(i)%name), i=1, self%spring_count)]
+      end if
+      do i = 1, size(self%shown_springs)
+         if (allocated(self%error)) return
+         call check_name(self, self%springs(self%shown_springs(i))%name, .true.)
+         call locate(self, 'spring', self%springs(self%shown_springs(i))%name)
+      end do
+
+   contains
+
+      !> The one spring of a name.
+      integer function number_of(name) result(number)
+         character(*), intent(in) :: name
+         character(len=len(name) + len(name)/3 + 1) :: known(self%spring_count)
+         integer :: j
+
+         number = 0
+         do j = 1, self%spring_count
+            known(j) = self%springs(j)%name
+            if (self%springs(j)%name /= name) cycle
+            if (number > 0 .and. len(name) > 0) &
+               call raise(self%error, '', 'springs = "'//name//'": there are two of this name', 'rename one of them')
+            number = j
+         end do
+         if (number == 0) call raise(self%error, '', 'springs = "'//name//'": there is no spring or damper of this name', &
+                                     meant_of(name, known)//'se the name of a &spring or a &damper')
+      end function number_of
+
+   end procedure show_springs
+
    !> Something that passes a value.
    module procedure add_event
       character(len=12), parameter :: quantities(2) = [character(len=12) :: 'angle', 'displacement']
