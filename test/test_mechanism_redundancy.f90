@@ -172,7 +172,7 @@ contains
          if (index(reactions, '; unique: ') == 0) return
          do i = 1, 2
             do j = 1, 2
-               unique = index(reactions(index(reactions, '; unique: '):), trim(what(i))//' '//where(j)) > 0
+               unique = index(reactions(index(reactions, '; unique: '):), trim(what(i))//' '//trim(where(j))) > 0
                do k = 1, size(list)
                   if (list(k)%name == 'unique:'//trim(model%joints(1)%name)//'.'//trim(what(i))//'_'//trim(where(j))) exit
                end do

@@ -7,6 +7,8 @@ module test_verify
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_verify, only: finding_t, verify
    use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_model_mechanism, only: mechanism_t
+   use taut_model_mechanism_builder, only: mechanism_builder_t
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    implicit none (type, external)
    private
@@ -48,6 +50,12 @@ module test_verify
       procedure :: displace => gimbal_displace
    end type gimbal_t
 
+   !> A pendulum as a mechanism, with a wrong entry of A.
+   type, extends(mechanism_t) :: misled_t
+   contains
+      procedure :: jacobian => misled_jacobian
+   end type misled_t
+
 contains
 
    !> All tests of this module.
@@ -56,6 +64,7 @@ contains
 
       tests = [ &
               new_test('a pendulum is correct', pendulum_passes), &
+              new_test('a mechanism tells rows and columns by their names', names_told), &
               new_test('a driven sled with cosine and sine is correct', sled_passes), &
               new_test('a body on a quaternion is correct', gimbal_passes), &
               new_test('each mistake is found', mistakes), &
@@ -79,6 +88,36 @@ contains
       if (size(findings) > 0) call check(failure, .false., label//': '//to_text(size(findings))//' findings, first '// &
                                          findings(1)%message)
    end subroutine check_none
+
+   subroutine misled_jacobian(self, at, a)
+      class(misled_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      real(wp), intent(out) :: a(:, :)
+
+      call self%mechanism_t%jacobian(at, a)
+      a(1, 3) = a(1, 3) + 0.5_wp
+   end subroutine misled_jacobian
+
+   subroutine names_told(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(mechanism_builder_t) :: builder
+      type(misled_t) :: pendulum
+      type(state_t) :: at
+      type(finding_t), allocatable :: findings(:)
+      type(error_t), allocatable :: error
+
+      builder%planar = .true.
+      call builder%add_body('rod', mass=1.0_wp, shape='rod', from=[0.0_wp, 0.0_wp, 0.0_wp], to=[1.0_wp, 0.0_wp, 0.0_wp])
+      call builder%add_joint('hinge', 'revolute', 'ground', 'rod', point=[0.0_wp, 0.0_wp, 0.0_wp])
+      call builder%complete(pendulum%mechanism_t, at, error)
+      if (.not. allocated(error)) call verify(pendulum, at, findings, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call check(failure, size(findings) > 0, 'it is found')
+      if (allocated(failure)) return
+      call check(failure, index(findings(1)%message, 'A(1, 3)') == 1 .and. &
+                 index(findings(1)%message, '; row 1 is hinge (shift along x); column 3 is rod.wz') > 0, findings(1)%message)
+   end subroutine names_told
 
    subroutine pendulum_passes(failure)
       character(:), allocatable, intent(inout) :: failure

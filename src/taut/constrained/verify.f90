@@ -5,6 +5,7 @@ module taut_constrained_verify
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_method_options, only: method_t
    use taut_constrained_start, only: consistent_start, start_report_t
+   use taut_constrained_system_tables, only: coordinate_name, name_length, velocity_name
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
    use taut_constrained_completion, only: completion_t
    use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian
@@ -78,7 +79,46 @@ contains
          call move_alloc(more, findings)
       end do
       call mark_followers(findings)
+      call name_entries(model, findings)
    end subroutine verify
+
+   !> Rows and columns by their names, where a system has names for them.
+   subroutine name_entries(model, findings)
+      class(mechanical_system_t), intent(in) :: model
+      type(finding_t), intent(inout) :: findings(:)
+      character(:), allocatable :: row
+      integer :: i
+
+      do i = 1, size(findings)
+         associate (it => findings(i))
+            row = ''
+            select case (it%what)
+            case ('A', 'phi', "b'", "b''")
+               call model%row_name(it%row, row)
+               if (row == 'constraint '//to_text(it%row)) row = ''
+            case ('M', 'f', 'H^+')
+               row = trim(own_name(velocity_name(model, it%row), 'v', it%row))
+            case ('H')
+               row = trim(own_name(coordinate_name(model, it%row), 'x', it%row))
+            end select
+            if (len(row) > 0) it%message = it%message//'; row '//to_text(it%row)//' is '//row
+            if (it%column == 0) cycle
+            row = trim(own_name(velocity_name(model, it%column), 'v', it%column))
+            if (len(row) > 0) it%message = it%message//'; column '//to_text(it%column)//' is '//row
+         end associate
+      end do
+   end subroutine name_entries
+
+   !> A name, unless it is a number and nothing else.
+   pure function own_name(name, letter, i) result(own)
+      character(len=name_length), intent(in) :: name
+      character, intent(in) :: letter
+      integer, intent(in) :: i
+      character(len=name_length) :: own
+
+      own = name
+      if (name == letter//to_text(i) .or. index(name, ' '//to_text(i)) > 0) own = ''
+   end function own_name
 
    !> A state near another, with other velocities; differences are of the size of what there is.
    function shaken(model, at, k) result(near)
