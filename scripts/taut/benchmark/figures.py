@@ -16,7 +16,9 @@ from taut.style import GRAY, METHODS, MethodStyle
 # taut's methods look as they do everywhere; the others have what is left of Okabe and Ito's colors.
 ENTRANTS: dict[str, MethodStyle] = {
     "taut": METHODS["present"],
-    "taut, stages as they are": METHODS["present-position"],
+    "taut, stages as they are": MethodStyle(
+        "taut, stages as they are", METHODS["present"].color, (0, (4, 2)), "v"
+    ),
     "taut, Eq. (8)": METHODS["baseline"],
     "taut, dop853": MethodStyle("taut, dop853", "#CC79A7", "solid", "D"),
     "taut, dop853, stages as they are": MethodStyle(
@@ -30,8 +32,8 @@ ENTRANTS: dict[str, MethodStyle] = {
     "SciPy BDF": MethodStyle("SciPy BDF", "#E69F00", (0, (4, 2)), "v"),
     "SUNDIALS ARKODE": MethodStyle("SUNDIALS ARKODE", "#009E73", "solid", "^"),
     "SUNDIALS ARKODE, order 8": MethodStyle("SUNDIALS ARKODE, order 8", "#009E73", (0, (4, 2)), "<"),
-    "SUNDIALS ARKStep": MethodStyle("SUNDIALS ARKStep", "#0072B2", (0, (4, 2)), ">"),
-    "SUNDIALS IDA": MethodStyle("SUNDIALS IDA", "#0072B2", (0, (1, 1)), "p"),
+    "SUNDIALS ARKStep": MethodStyle("SUNDIALS ARKStep", "#000000", (0, (4, 2)), ">"),
+    "SUNDIALS IDA": MethodStyle("SUNDIALS IDA", "#000000", (0, (1, 1)), "p"),
     "Pinocchio": MethodStyle("Pinocchio", "#56B4E9", "solid", "X"),
 }
 
@@ -55,6 +57,9 @@ PAIR_PANELS = (
     ("bricard", 1),
     ("andrews", 1),
 )
+
+# Panels beside each other in the other figures.
+MOST_IN_A_ROW = 4
 
 
 def look(entrant: str) -> dict[str, object]:
@@ -82,11 +87,14 @@ def shown_size(rows: Sequence[Measurement]) -> int:
 
 
 def panels(names: Sequence[str]) -> tuple[Figure, dict[str, plt.Axes]]:
-    """Returns a figure with a panel for each problem."""
-    figure, axes = plt.subplots(
-        1, len(names), figsize=(max(4.0 * len(names), 6.5), 4.4), layout="constrained", squeeze=False
-    )
-    return figure, dict(zip(names, axes[0], strict=True))
+    """Returns a figure with a panel for each problem, at most four in a row."""
+    columns = min(len(names), MOST_IN_A_ROW)
+    rows = -(-len(names) // columns)
+    size = (max(4.0 * columns, 6.5), 3.6 * rows + 0.8)
+    figure, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    for unused in axes.flat[len(names) :]:
+        unused.axis("off")
+    return figure, dict(zip(names, axes.flat, strict=False))
 
 
 def title(name: str) -> str:
@@ -118,10 +126,13 @@ def work_precision(rows: Sequence[Measurement]) -> Figure:
             panel.plot([row.error for row in line], [1e3 * row.seconds for row in line], **look(entrant))
             if len(line) == 1:
                 at, said = (line[0].error, 1e3 * line[0].seconds), f"{entrant}: one setting gets below 0.5 m"
-                panel.annotate(said, at, (6, 4), textcoords="offset points", fontsize=7.5, color=GRAY)
+                panel.annotate(
+                    said, at, (-6, 4), textcoords="offset points", fontsize=7.5, color=GRAY, ha="right"
+                )
         panel.set(xscale="log", yscale="log", xlabel=f"error at the end [{error_unit}]")
         panel.set_title(title(name) if size == 1 else f"{title(name)}: {size} {unit}")
-    next(iter(axes.values())).set_ylabel("processor time [ms]")
+        if panel.get_subplotspec().is_first_col():
+            panel.set_ylabel("processor time [ms]")
     legend(figure, order(rows))
     return figure
 
