@@ -20,6 +20,7 @@ ENTRANTS: dict[str, MethodStyle] = {
         "taut, stages as they are", METHODS["present"].color, (0, (4, 2)), "v"
     ),
     "taut, Eq. (8)": METHODS["baseline"],
+    "taut, phi alone": MethodStyle("taut, phi alone", METHODS["present"].color, (0, (1, 1.5)), "*"),
     "taut, dop853": MethodStyle("taut, dop853", "#CC79A7", "solid", "D"),
     "taut, dop853, stages as they are": MethodStyle(
         "taut, dop853, stages as they are", "#CC79A7", (0, (4, 2)), "d"

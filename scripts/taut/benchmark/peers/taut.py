@@ -22,6 +22,8 @@ METHODS = {
     "taut, dop853, stages as they are": "present-stage-none-dop853",
     "taut, Eq. (8)": "baseline",
 }
+# What derivatives by hand are worth, on problems that program/phi_alone.f90 has without.
+PHI_ALONE = ("chain", "four-bar")
 # On problems that are stiff, implicit integrators as well.
 STIFF = {
     "taut": "present",
@@ -95,6 +97,8 @@ def entrants(problem: Problem, size: int) -> Sequence[Entrant]:
         return Entrant(label, "taut", settings, run)
 
     methods = STIFF if problem.stiff else METHODS
+    if problem.name in PHI_ALONE:
+        methods = methods | {"taut, phi alone": "present-phi"}
     return [entrant(label, method) for label, method in methods.items()]
 
 

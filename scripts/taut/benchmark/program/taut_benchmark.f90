@@ -2,8 +2,8 @@
 !!
 !!     taut_benchmark PROBLEM SIZE METHOD RTOL ATOL MAX_STEP T_END SECONDS
 !!
-!! METHOD is a name of `method_names`; `-stage-none` behind it turns the projection of stages off, and the name of an integrator
-!! behind that takes it. MAX_STEP [s] of 0 is none. Runs are repeated until SECONDS of processor time are spent; with 0 there is
+!! METHOD is a name of `method_names`; `-stage-none` behind it turns the projection of stages off, `-phi` leaves of the system
+!! phi alone, and the name of an integrator behind that takes it. MAX_STEP [s] of 0 is none. Runs are repeated until SECONDS of processor time are spent; with 0 there is
 !! one. Printed are a line of names, one of numbers (steps, right-hand sides, Jacobians, processor time of the fastest run [s]),
 !! and the last state {x; v}, a number a line.
 program taut_benchmark
@@ -11,6 +11,7 @@ program taut_benchmark
    use taut, only: wp, constrained_ode_t, error_t, integration_options_t, integration_result_t, integrator_t, &
                    mechanical_system_t, mechanism_t, method_t, raise, read_mechanism, state_t, status_name, status_reached_end
    use car_axis_system, only: car_axis_start, car_axis_t
+   use phi_alone_systems, only: phi_alone
    use taut_constrained_method_choose, only: new_constrained_ode
    use taut_constrained_stepper_choose, only: choose_constrained_stepper, integrator_names
    use taut_model_chain, only: chain_t, new_chain
@@ -120,6 +121,12 @@ contains
          method%name = method%name(:i - 1)
          options%integrator = integrator_names(k)
       end do
+      i = index(method%name, '-phi')
+      if (i > 0) then
+         method%name = method%name(:i - 1)
+         call phi_alone(start, model, error)
+         if (allocated(error)) return
+      end if
       i = index(method%name, '-stage-none')
       if (i > 0) then
          method%name = method%name(:i - 1)
