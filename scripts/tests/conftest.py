@@ -137,14 +137,19 @@ def sweep_environment(pendulum: Path) -> dict[str, str]:
 
 @pytest.fixture
 def sweep(sweep_environment: dict[str, str], tmp_path: Path) -> Sweep:
-    """Runs scripts/sweep on sweep.toml in a folder of its own."""
+    """Runs scripts/sweep on sweep.toml, or another file, in a folder of its own."""
 
     def command(
-        name: str, *arguments: str, cwd: Path = tmp_path, results: Path | None = None, **more: str
+        name: str,
+        *arguments: str,
+        cwd: Path = tmp_path,
+        results: Path | None = None,
+        file: str = "sweep.toml",
+        **more: str,
     ) -> subprocess.CompletedProcess[str]:
         where = [] if results is None else ["--results", results]
         return subprocess.run(
-            [sys.executable, SCRIPT, name, "sweep.toml", *where, *arguments],
+            [sys.executable, SCRIPT, name, file, *where, *arguments],
             cwd=cwd,
             env=sweep_environment | more,
             capture_output=True,

@@ -265,6 +265,25 @@ def test_a_table_is_found_and_belongs_to_the_runs(sweep: Sweep, tmp_path: Path, 
     assert_refused(sweep("plan"), "sweep.toml", "loads/g.csv", "no such table")
 
 
+@pytest.mark.parametrize("name", ["..toml", "...toml"])
+def test_a_sweep_stays_in_its_folder(sweep: Sweep, tmp_path: Path, name: str) -> None:
+    write(tmp_path, "list = [1.0]")
+    (tmp_path / "sweep.toml").rename(tmp_path / name)
+    for command in ("plan", "run", "collect"):
+        assert_refused(sweep(command, file=name), name, "into another folder; rename the file")
+    assert not (tmp_path / "results").exists()
+
+
+def test_what_is_no_file_is_not_read(sweep: Sweep, tmp_path: Path) -> None:
+    assert_refused(sweep("plan", file="/dev/zero"), "/dev/zero", "no regular file")
+    write(tmp_path, 'table = { file = "/dev/zero", columns = ["mass"] }')
+    assert_refused(sweep("plan"), "/dev/zero", "no regular file")
+    write(tmp_path, "list = [1.0]")
+    (tmp_path / "base.nml").unlink()
+    (tmp_path / "base.nml").symlink_to("/dev/zero")
+    assert_refused(sweep("plan"), "base.nml")
+
+
 @pytest.mark.parametrize("app", ["./pendulum", "../{here}/pendulum", "{here}", "pendulum;x", ".."])
 def test_an_app_is_a_name_and_no_path(sweep: Sweep, tmp_path: Path, app: str) -> None:
     program(tmp_path, "pendulum", "touch ran\n")

@@ -278,6 +278,21 @@ def test_without_slurm(sweep: Sweep, environment: dict[str, str], tmp_path: Path
     assert not (tmp_path / "results/sweeps/swings/slurm").exists()
 
 
+def test_a_slurm_that_does_not_answer(sweep: Sweep, environment: dict[str, str], tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, gravities=1, lengths=2)
+    for name in ("sbatch", "squeue", "scontrol"):
+        command = tmp_path / name
+        command.write_text(
+            f"#!/bin/sh\nprintf '{name}: error: no server\\n{name}: fatal: no configuration\\n' >&2\nexit 1\n"
+        )
+        command.chmod(0o755)
+    there = environment | {"PATH": f"{tmp_path}:{environment['PATH']}"}
+    line = refused(sweep("run", path, "--slurm", given=there))
+    assert (
+        line == "sweep: Slurm does not answer here (squeue: fatal: no configuration); go where 'squeue' works"
+    )
+
+
 def test_accounting_tells_how_tasks_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Slurm's accounting needs a database; this one says what the manual of sacct shows.
     sacct = tmp_path / "sacct"

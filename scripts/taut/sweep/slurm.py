@@ -112,5 +112,9 @@ def _command(*words: str) -> str:
         raise TautError(f"{words[0]} timed out") from None
     if done.returncode != 0:
         lines = (done.stderr or done.stdout).strip().splitlines() or [f"exit code {done.returncode}"]
-        raise TautError("; ".join(line if words[0] in line else f"{words[0]}: {line}" for line in lines))
+        lines = [line if words[0] in line else f"{words[0]}: {line}" for line in lines]
+        # Why a job is refused may take lines; of a Slurm that is not there the last one says it.
+        if words[0] == "sbatch":
+            raise TautError("; ".join(lines))
+        raise TautError(f"Slurm does not answer here ({lines[-1]}); go where '{words[0]}' works")
     return done.stdout

@@ -131,6 +131,10 @@ class Sweep:
 
 def read(path: Path) -> Sweep:
     """Reads a sweep file; every complaint names the file."""
+    if not path.is_file():
+        raise TautError(f"{path}: there is no such sweep file, or it is no regular file")
+    if set(path.stem) == {"."}:
+        raise TautError(f"{path}: a sweep of this name would write into another folder; rename the file")
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

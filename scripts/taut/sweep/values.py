@@ -90,6 +90,8 @@ def tabled(spec: Any, width: int, folder: Path) -> list[Row]:
     if not isinstance(table.get("file"), str) or not isinstance(columns, list) or len(columns) != width:
         raise TautError(f"'table' needs 'file' and 'columns' with {width} names, one an entry")
     path = folder / table["file"]
+    if not path.is_file():
+        raise TautError(f"{path}: there is no such table, or it is no regular file")
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             lines = [[cell.strip() for cell in line] for line in csv.reader(file) if any(line)]
