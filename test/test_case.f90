@@ -285,6 +285,9 @@ contains
       call make_folder('build/scratch')
       call file%load('build/scratch', error)
       call check_error(failure, error, 'build/scratch:|folder', 'a folder')
+      if (allocated(error)) deallocate (error)
+      call file%load('/dev/zero', error)
+      call check_error(failure, error, '/dev/zero:|cannot be read', 'a device without an end')
    end subroutine faulty_file
 
    subroutine unknown_groups(failure)

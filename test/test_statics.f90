@@ -23,6 +23,7 @@ contains
                new_test('a pendulum on a turntable', turntable), &
                new_test('a vehicle stands on its springs', vehicle), &
                new_test('a level rod is told to start elsewhere', level), &
+               new_test('a closed loop is moved off by one of its bodies', level_loop), &
                new_test('an equilibrium belongs to its start', branch), &
                new_test('a load beyond its limit is told', snap_through), &
                new_test('a damped oscillator', oscillator), &
@@ -165,6 +166,46 @@ contains
       if (allocated(failure)) return
       call check(failure, index(error%line(), 'rod.wz') > 0 .and. index(error%line(), 'off the horizontal') > 0, error%line())
    end subroutine level
+
+   !> A parallelogram of level rods: refused as it is, and with one crank turned and held, as advised, it hangs: no moment is left
+   !! about the hinges of its cranks.
+   subroutine level_loop(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(*), parameter :: rod = '", shape = "rod", mass = 1.0, '
+      character(*), parameter :: joint = '", type = "revolute", frame = "body", '
+      character(*), parameter :: of_cases(2) = [character(len=4) :: '0.0', '-0.3']
+      type(namelist_file_t) :: file
+      type(static_t) :: case
+      type(error_t), allocatable :: error
+      integer :: i
+
+      do i = 1, 2
+         call load('&mechanism planar = .true., hold = "crank.angle" /'//lf//'&gravity /'//lf// &
+                   '&analysis kind = "equilibrium" /'//lf// &
+                   '&body name = "crank'//rod//'length = 0.4, position = 0.2, 0.0, angle = '//trim(of_cases(i))//' /'//lf// &
+                   '&body name = "coupler'//rod//'length = 1.0, position = 0.9, 0.0 /'//lf// &
+                   '&body name = "rocker'//rod//'length = 0.4, position = 1.2, 0.0 /'//lf// &
+                   '&joint name = "A'//joint//'body_2 = "crank", point_1 = 0.0, 0.0, point_2 = -0.2, 0.0 /'//lf// &
+                   '&joint name = "B'//joint//'body_1 = "crank", body_2 = "coupler", point_1 = 0.2, 0.0, '// &
+                   'point_2 = -0.5, 0.0 /'//lf// &
+                   '&joint name = "C'//joint//'body_1 = "coupler", body_2 = "rocker", point_1 = 0.5, 0.0, '// &
+                   'point_2 = 0.2, 0.0 /'//lf// &
+                   '&joint name = "D'//joint//'body_2 = "rocker", point_1 = 1.0, 0.0, point_2 = -0.2, 0.0 /'//lf, file, error)
+         call no_error(failure, error)
+         if (allocated(failure)) return
+         call solve_static(file, case, error)
+         if (i == 1) then
+            call check(failure, allocated(error), 'it cannot carry its weight')
+            if (allocated(failure)) return
+            call check(failure, index(error%line(), 'turned and held') > 0, error%line())
+            deallocate (error)
+         end if
+      end do
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call check_close(failure, sin(case%at%x(3)), -1.0_wp, 1.0e-12_wp, 'the crank hangs')
+      call check_close(failure, sin(case%at%x(9)), -1.0_wp, 1.0e-12_wp, 'and the rocker')
+   end subroutine level_loop
 
    !> Somewhat below the horizontal a rod hangs in the end, and not some turns away; above it stands, which is not stable.
    subroutine branch(failure)

@@ -436,6 +436,7 @@ contains
       integer(c_int) :: descriptor, ignored
       integer(c_long) :: length, number, total
       integer :: status
+      character :: one
 
       text = ''
       descriptor = c_open(path//c_null_char, read_only)
@@ -456,6 +457,8 @@ contains
          done = number > 0
          total = total + number
       end do
+      ! A device has no length and yet something to read.
+      if (done) done = c_read(descriptor, one, 1_c_size_t) == 0
       ignored = c_close(descriptor)
       if (.not. allocated(text)) text = ''
    end subroutine read_whole

@@ -301,7 +301,7 @@ contains
          call raise(error, here, 'a motion that nothing resists is loaded, most of all '// &
                     trim(velocity_name(model, result%loaded))//place, &
                     'block it or constrain it; if it only has no stiffness where it starts, as a level rod under its weight, '// &
-                    'start it off there (off the horizontal)')
+                    'start it off there (off the horizontal; a closed loop by one body that is turned and held)')
       case (failed)
          call raise(error, here, 'a linear problem could not be solved'//place, 'correct the system')
       case default
