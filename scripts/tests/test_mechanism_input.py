@@ -222,6 +222,28 @@ BAD = {
         '&function name = "drive", kind = "table", table = "/dev/zero" /\n' + ROD + HINGE,
         'case.nml:1: &function "drive"',
         "/dev/zero",
+        "cannot be read",
+    ),
+    "run-up without an end": (
+        '&function name = "drive", kind = "run-up", rate = 3 /\n' + ROD + HINGE,
+        'case.nml:1: &function "drive"',
+        "a run-up takes time",
+    ),
+    "columns of a spring that is not there": (
+        ROD + HINGE + '&spring name = "coil", joint = "hinge", stiffness = 1 /\n&output springs = "coi" /\n',
+        "case.nml:4: &output",
+        'did you mean "coil"',
+    ),
+    "two functions for one drive": (
+        ROD + HINGE.replace("axis = ", 'drive_angle = "g", "h", axis = '),
+        'case.nml:2: &joint "hinge"',
+        "more than one text",
+    ),
+    "spring between points at one place": (
+        ROD
+        + '&spring name = "bush", body_2 = "rod", point_1 = 0, 0, 0, point_2 = 0, 0, 0, stiffness = 1 /\n',
+        'case.nml:2: &spring "bush"',
+        "set them apart",
     ),
     "spring on a bare ground": (
         ROD + '&spring name = "spring", body_2 = "rod", stiffness = 1 /\n',
