@@ -35,6 +35,7 @@ ENTRANTS: dict[str, MethodStyle] = {
     "SUNDIALS ARKODE, order 8": MethodStyle("SUNDIALS ARKODE, order 8", "#009E73", (0, (4, 2)), "<"),
     "SUNDIALS ARKStep": MethodStyle("SUNDIALS ARKStep", "#000000", (0, (4, 2)), ">"),
     "SUNDIALS IDA": MethodStyle("SUNDIALS IDA", "#000000", (0, (1, 1)), "p"),
+    "Exudyn, generalized-alpha": MethodStyle("Exudyn, generalized-alpha", "#8C6D46", (0, (4, 2)), "h"),
     "Pinocchio": MethodStyle("Pinocchio", "#56B4E9", "solid", "X"),
 }
 
