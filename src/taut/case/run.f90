@@ -229,15 +229,18 @@ contains
       character(*), intent(in) :: path
       type(quantity_t), intent(in) :: list(:)
       type(error_t), allocatable, intent(inout) :: error
-      character(:), allocatable :: rows
+      type(csv_t) :: table
       integer :: i
 
-      if (size(list) == 0) return
-      rows = ''
+      if (allocated(error) .or. size(list) == 0) return
+      call table%create(path, error)
+      if (.not. allocated(error)) call table%put('name,value,unit', error)
       do i = 1, size(list)
-         rows = rows//list(i)%name//','//trim(number_text(list(i)%value))//','//list(i)%unit//line_end
+         if (.not. allocated(error)) &
+            call table%put(list(i)%name//','//trim(number_text(list(i)%value))//','//list(i)%unit, error)
       end do
-      call write_table(path, 'name,value,unit', rows, error)
+      if (.not. allocated(error)) call table%finish(error)
+      call table%discard()
    end subroutine write_quantities
 
    !> A small CSV file in one go.
