@@ -38,8 +38,10 @@ module taut_case_extremes
       !> How many.
       integer :: n = 0
       type(extreme_t), allocatable, private :: asked(:)
-      !> Columns; the size of a vector has none, but multipliers, from one place of a list to another: (n), (2, n).
+      !> Columns; the size of a vector has none, but multipliers, from one place of a list to another: (n), (2, n); the list, which
+      !! has room for more than are used.
       integer, allocatable, private :: column(:), vector(:, :), multipliers(:)
+      integer, private :: used = 0
       !> Whether the smallest is asked for too: (n).
       logical, allocatable, private :: both(:)
       !> Entries of {x; v; w}; whether a column needs all of a sample, or what the system computes besides.
@@ -127,9 +129,13 @@ contains
    pure subroutine take_vector(self, k, rows)
       type(extremes_t), intent(inout) :: self
       integer, intent(in) :: k, rows(:)
+      integer :: last
 
-      self%vector(:, k) = [size(self%multipliers) + 1, size(self%multipliers) + size(rows)]
-      self%multipliers = [self%multipliers, rows]
+      last = self%used + size(rows)
+      if (last > size(self%multipliers)) self%multipliers = [self%multipliers, spread(0, 1, last)]
+      self%multipliers(self%used + 1:last) = rows
+      self%vector(:, k) = [self%used + 1, last]
+      self%used = last
    end subroutine take_vector
 
    !> The column of a name.
@@ -469,12 +475,16 @@ contains
       class(extremes_t), intent(in) :: self
       !> A comma before each.
       character(:), allocatable :: text
+      type(row_t) :: row
       integer :: i
 
-      text = ''
+      call row%create()
       do i = 1, self%n
-         text = text//extreme_columns(self%asked(i)%name, self%both(i))
+         text = extreme_columns(self%asked(i)%name, self%both(i))
+         call row%add(text(2:))
       end do
+      text = row%letters(:row%used)
+      if (self%n > 0) text = ','//text
    end function names
 
    !> Appends them to a row; what was never met stays empty.

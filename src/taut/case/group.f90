@@ -57,7 +57,10 @@ contains
       if (allocated(groups)) deallocate (groups)
       allocate (groups(n + 1))
       do i = 1, n
-         groups(i) = before(i)
+         call move_alloc(before(i)%name, groups(i)%name)
+         call move_alloc(before(i)%about, groups(i)%about)
+         call move_alloc(before(i)%list, groups(i)%list)
+         groups(i)%many = before(i)%many
       end do
       allocate (own, source=data)
       call entries%collect()

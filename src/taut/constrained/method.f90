@@ -12,7 +12,8 @@
 !! - what happens when a step is accepted, `accepted`: it may go on in other coordinates, and say so, `own_remark`. By default
 !! nothing;
 !! - what it remembers from one step to the next, `serialize_own`;
-!! - the multipliers of its last evaluation, `multipliers`;
+!! - the multipliers of its last evaluation, `multipliers`, and where it finds them with it those of velocities,
+!!   `velocity_multipliers`;
 !! - which steppers can carry it: explicit ones, if it has a right-hand side; implicit ones, if it answers `linearize`,
 !!   `factorize` and `solve`. What it does not offer it answers with `rhs_cannot`.
 !!
@@ -114,6 +115,7 @@ module taut_constrained_method
       procedure :: accelerations
       procedure :: unmeasured
       procedure :: multipliers
+      procedure :: velocity_multipliers
       procedure :: project => normalize
       procedure :: cross => strike
       procedure :: weigh_error
@@ -387,15 +389,26 @@ contains
       end associate
    end subroutine unmeasured
 
-   !> The multipliers of the last evaluation, of least norm where they are not unique.
-   subroutine multipliers(self, s)
+   !> The multipliers lambda of the last evaluation, of least norm where they are not unique.
+   subroutine multipliers(self, lambda)
       !> The formulation, as `rhs` left it.
       class(constrained_ode_t), intent(inout) :: self
-      !> lambda is set, and mu if the evaluation has found it.
-      type(sample_t), intent(inout) :: s
+      !> Those of Eq. (14b): (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
 
-      s%lambda(:) = self%lambda
+      lambda(:) = self%lambda
    end subroutine multipliers
+
+   !> The multipliers mu of the last evaluation, where that `finds_mu`, of least norm where they are not unique.
+   subroutine velocity_multipliers(self, mu)
+      !> The formulation, as `rhs` left it.
+      class(constrained_ode_t), intent(inout) :: self
+      !> Those of Eq. (14a): (c).
+      real(wp), intent(inout), contiguous :: mu(:)
+
+      mu(:) = self%projector%mu
+      call self%projector%onto%minimum_norm(mu)
+   end subroutine velocity_multipliers
 
    !> Brings coordinates that are redundant by themselves back to their manifold: every right-hand side does so first, so
    !! that its value stays.

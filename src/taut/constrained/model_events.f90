@@ -2,7 +2,7 @@
 module taut_constrained_model_events
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use taut_kinds, only: wp
-   use taut_constrained_method, only: constrained_ode_t, sample_t
+   use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: tabulated_system_t
    use taut_ode_event, only: events_t
@@ -14,8 +14,7 @@ module taut_constrained_model_events
    !> Sign changes of the system's `event_values`, in its `event_direction`; those of `event_terminal` stop the integration.
    type, extends(events_t) :: model_events_t
       type(state_t), private :: at
-      real(wp), allocatable, private :: dydt(:)
-      type(sample_t), private :: seen
+      real(wp), allocatable, private :: dydt(:), lambda(:)
    contains
       procedure :: init
       procedure :: evaluate
@@ -78,14 +77,14 @@ contains
       integer :: info, iterations
 
       if (.not. allocated(self%dydt)) &
-         allocate (self%dydt(ode%size()), self%seen%lambda(model%c), self%seen%mu(model%c), source=0.0_wp)
+         allocate (self%dydt(ode%size()), self%lambda(model%c), source=0.0_wp)
       ! Looking does not count as work of the method.
       iterations = ode%projector%iterations
       call ode%rhs(t, y, self%dydt, info)
       ode%projector%iterations = iterations
       if (info == rhs_ok) then
-         call ode%multipliers(self%seen)
-         call model%reaction_event_values(self%at, self%seen%lambda, g)
+         call ode%multipliers(self%lambda)
+         call model%reaction_event_values(self%at, self%lambda, g)
       else
          g(:) = ieee_value(1.0_wp, ieee_quiet_nan)
       end if

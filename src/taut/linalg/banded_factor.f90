@@ -179,7 +179,8 @@ contains
       call solve_band(self%n, self%width, self%l, self%reciprocal, x)
    end subroutine solve
 
-   !> The same for a band: of each sum the term that was found last comes last, so that little has to be waited for.
+   !> The same for a band: of each sum the term that was found last comes last, so that little has to be waited for. To the others
+   !! a row that is passed over gives nothing.
    pure subroutine solve_band(n, width, l, reciprocal, x)
       integer, intent(in) :: n, width
       real(wp), intent(in) :: l(width, n), reciprocal(n)
@@ -188,6 +189,7 @@ contains
       real(wp) :: t
 
       do j = 1, n
+         if (.not. reciprocal(j) > 0.0_wp) cycle
          t = x(j)
          !GCC$ unroll 1
          do i = min(width, j - 1), 1, -1
@@ -196,7 +198,9 @@ contains
          x(j) = t
       end do
       do j = n, 1, -1
-         t = x(j)*reciprocal(j)
+         x(j) = x(j)*reciprocal(j)
+         if (.not. reciprocal(j) > 0.0_wp) cycle
+         t = x(j)
          !GCC$ unroll 1
          do i = min(width, n - j), 1, -1
             t = t - l(i, j)*x(j + i)

@@ -212,9 +212,10 @@ contains
       self%size_of(:) = 0.0_wp
       do i = 1, self%c
          do k = self%first(i), self%first(i + 1) - 1
-            self%size_of(self%part_of(k)) = hypot(self%size_of(self%part_of(k)), self%row_scale(i)*self%b(k))
+            self%size_of(self%part_of(k)) = self%size_of(self%part_of(k)) + (self%row_scale(i)*self%b(k))**2
          end do
       end do
+      self%size_of(:) = sqrt(self%size_of)
       beside = 0.0_wp
       do g = 1, size(scale)
          number = 0

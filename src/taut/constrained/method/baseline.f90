@@ -3,7 +3,7 @@
 module taut_constrained_method_baseline
    use taut_kinds, only: wp
    use taut_error, only: error_t
-   use taut_constrained_method, only: constrained_ode_t, sample_t
+   use taut_constrained_method, only: constrained_ode_t
    use taut_constrained_yardstick, only: relative_violation
    use taut_ode_system, only: rhs_ok
    implicit none (type, external)
@@ -148,14 +148,14 @@ contains
    end subroutine accepted
 
    !> lambda of the last evaluation.
-   subroutine multipliers(self, s)
+   subroutine multipliers(self, lambda)
       !> The formulation, as `rhs` left it.
       class(baseline_t), intent(inout) :: self
-      !> lambda is set.
-      type(sample_t), intent(inout) :: s
+      !> Of least norm: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
 
-      s%lambda(:) = self%lambda
-      call self%mass%least_norm(self%projector, s%lambda)
+      lambda(:) = self%lambda
+      call self%mass%least_norm(self%projector, lambda)
    end subroutine multipliers
 
 end module taut_constrained_method_baseline

@@ -16,7 +16,6 @@
 !! Comput. 14 (1993) 677-692, reference [25] of the paper.
 module taut_constrained_method_dummy_derivatives
    use taut_kinds, only: wp
-   use taut_constrained_method, only: sample_t
    use taut_constrained_method_minimal_coordinates, only: minimal_coordinates_t
    use taut_constrained_yardstick, only: relative_violation
    use taut_error, only: error_t, to_text
@@ -141,17 +140,15 @@ contains
       call self%complement%tangential(error(n_x + 1:last_v))
    end subroutine filter_error
 
-   !> lambda and mu of the last evaluation.
-   subroutine multipliers(self, s)
+   !> lambda of the last evaluation.
+   subroutine multipliers(self, lambda)
       !> The formulation, as `rhs` left it.
       class(dummy_derivatives_t), intent(inout) :: self
-      !> Both are set.
-      type(sample_t), intent(inout) :: s
+      !> Of least norm: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
 
-      s%lambda(:) = self%lambda
-      call self%mass%least_norm(self%projector, s%lambda)
-      s%mu(:) = self%projector%mu
-      call self%projector%onto%minimum_norm(s%mu)
+      lambda(:) = self%lambda
+      call self%mass%least_norm(self%projector, lambda)
    end subroutine multipliers
 
    !> Whether the dependent coordinates are what the last failure was about.

@@ -21,7 +21,6 @@ module taut_constrained_method_embedded_projection
    use taut_kinds, only: wp
    use taut_archive, only: archive_t
    use taut_error, only: error_t
-   use taut_constrained_method, only: sample_t
    use taut_constrained_method_fuhrer_leimkuhler, only: fuhrer_leimkuhler_t
    use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian
    use taut_constrained_system, only: state_t

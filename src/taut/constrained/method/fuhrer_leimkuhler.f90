@@ -12,7 +12,6 @@
 !! Numer. Math. 59 (1991) 55-69, reference [23] of the paper.
 module taut_constrained_method_fuhrer_leimkuhler
    use taut_kinds, only: wp
-   use taut_constrained_method, only: sample_t
    use taut_constrained_method_baseline, only: baseline_t
    use taut_error, only: error_t
    use taut_ode_system, only: evaluated_step_end, inside_step, rhs_no_projection, rhs_ok
@@ -31,7 +30,6 @@ module taut_constrained_method_fuhrer_leimkuhler
       procedure, non_overridable :: meet_state
       procedure :: project
       procedure :: filter_error
-      procedure :: multipliers
    end type fuhrer_leimkuhler_t
 
 contains
@@ -46,7 +44,6 @@ contains
       self%carries_reactions = .false.
       call self%baseline_t%set_up(error)
       self%replaces = .true.
-      self%finds_mu = .true.
       allocate (self%eta(self%model%c), self%none(self%model%c), self%spare(self%model%c), source=0.0_wp)
    end subroutine set_up
 
@@ -142,17 +139,5 @@ contains
       call self%projector%filter_position(self%model, self%at, error(:n_x))
       call self%mass%correct_acceleration(self%projector, self%none, error(n_x + 1:last_v), self%spare)
    end subroutine filter_error
-
-   !> lambda and eta of the last evaluation.
-   subroutine multipliers(self, s)
-      !> The formulation, as `rhs` left it.
-      class(fuhrer_leimkuhler_t), intent(inout) :: self
-      !> Both are set.
-      type(sample_t), intent(inout) :: s
-
-      call self%baseline_t%multipliers(s)
-      s%mu(:) = self%eta
-      call self%mass%least_norm(self%projector, s%mu)
-   end subroutine multipliers
 
 end module taut_constrained_method_fuhrer_leimkuhler

@@ -16,7 +16,7 @@ module taut_constrained_method_minimal_coordinates
    use taut_kinds, only: wp
    use taut_error, only: error_t, to_text
    use taut_constrained_complement, only: complement_t
-   use taut_constrained_method, only: constrained_ode_t, sample_t
+   use taut_constrained_method, only: constrained_ode_t
    use taut_linalg_lapack, only: dpotrf, dpotrs
    use taut_ode_system, only: evaluated_step_end, inside_step, rhs_no_projection, rhs_ok, rhs_retry
    implicit none (type, external)
@@ -296,19 +296,17 @@ contains
       if (self%switches == 1) self%first_switch = t
    end subroutine accepted
 
-   !> lambda with A^T lambda = f - M vdot, of least norm, and mu of the last evaluation.
-   subroutine multipliers(self, s)
+   !> lambda with A^T lambda = f - M vdot, of least norm.
+   subroutine multipliers(self, lambda)
       !> The formulation, as `rhs` left it.
       class(minimal_coordinates_t), intent(inout) :: self
-      !> Both are set.
-      type(sample_t), intent(inout) :: s
+      !> Those of the last evaluation: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
 
-      s%mu(:) = self%projector%mu
-      call self%projector%onto%minimum_norm(s%mu)
       call self%mass%multiply(self%projector, self%given, self%weighted)
       self%weighted(:) = self%force - self%weighted
-      call self%projector%balance(self%weighted, s%lambda)
-      call self%mass%complete(self%projector, self%b_second, s%lambda)
+      call self%projector%balance(self%weighted, lambda)
+      call self%mass%complete(self%projector, self%b_second, lambda)
    end subroutine multipliers
 
    !> Whether the independent velocities are what the last failure was about.

@@ -3,7 +3,7 @@ module taut_constrained_method_present
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_constrained_implicit, only: implicit_form_t
-   use taut_constrained_method, only: constrained_ode_t, sample_t
+   use taut_constrained_method, only: constrained_ode_t
    use taut_ode_system, only: evaluated_step_end, inside_step, rhs_no_projection, rhs_ok, stage_equations_t
    implicit none (type, external)
    private
@@ -208,17 +208,15 @@ contains
       call self%projector%look(self%model, self%at)
    end subroutine accepted
 
-   !> lambda and mu of the last evaluation.
-   subroutine multipliers(self, s)
+   !> lambda of the last evaluation.
+   subroutine multipliers(self, lambda)
       !> The formulation, as `rhs` left it.
       class(present_t), intent(inout) :: self
-      !> Both are set.
-      type(sample_t), intent(inout) :: s
+      !> Of least norm: (c).
+      real(wp), intent(inout), contiguous :: lambda(:)
 
-      s%lambda(:) = self%lambda
-      call self%mass%least_norm(self%projector, s%lambda)
-      s%mu(:) = self%projector%mu
-      call self%projector%onto%minimum_norm(s%mu)
+      lambda(:) = self%lambda
+      call self%mass%least_norm(self%projector, lambda)
    end subroutine multipliers
 
    !> The same constraints in fully implicit form, Sect. 3.4.

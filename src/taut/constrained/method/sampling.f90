@@ -18,7 +18,8 @@ contains
          projector%iterations = iterations
          if (info /= rhs_ok) return
          call self%accelerations(self%dydt, self%vdot)
-         call self%multipliers(s)
+         call self%multipliers(s%lambda)
+         if (self%finds_mu .and. .not. self%replaces) call self%velocity_multipliers(s%mu)
 
          call self%unpack(t, y, self%at)
          self%evaluated = .false.
@@ -49,8 +50,7 @@ contains
             s%phidot_raw = s%phidot
             if (self%finds_mu) return
             call projector%velocity(model, self%at)
-            s%mu(:) = projector%mu
-            call projector%onto%minimum_norm(s%mu)
+            call self%velocity_multipliers(s%mu)
          end if
       end associate
    end procedure sample
@@ -71,7 +71,7 @@ contains
          if (info /= rhs_ok) return
          call self%unpack(t, y, self%at)
       end if
-      call self%multipliers(s)
+      call self%multipliers(s%lambda)
       if (outputs) call find_outputs(self, s)
    end procedure sample_reactions
 

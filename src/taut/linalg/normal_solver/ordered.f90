@@ -33,6 +33,12 @@ module taut_linalg_normal_solver_ordered
       procedure :: correction
    end type ordered_solver_t
 
+   !> An entry of S between a row that is kept, by its place, and one that is not, by its number among those.
+   type :: coupling_t
+      integer :: kept, other
+      real(wp) :: s
+   end type coupling_t
+
    abstract interface
 
       !> Factorizes S as it is in `normal`, finite, with the pivots that `least` lets pass.
@@ -198,8 +204,8 @@ contains
    !> Takes off multipliers what makes no reaction: lambda - N (N^T N)^-1 N^T lambda, where the columns of N are the null vectors of
    !! A^T, one for each row that is not kept, made up for by the others: N = (-S_KK^-1 S_KL; I).
    !!
-   !! N is not formed: N^T N is at least I, and its entries are of size one, so that conjugate gradients are at the end after as
-   !! many passes as null vectors hang together.
+   !! N is not formed: N^T N = I + S_LK S_KK^-1 S_KK^-1 S_KL is at least I, and its entries are of size one, so that conjugate
+   !! gradients are at the end after as many passes as null vectors hang together.
    subroutine minimum_norm(self, lambda)
       !> The solver, after `factorize`.
       class(ordered_solver_t), intent(inout) :: self
@@ -207,76 +213,101 @@ contains
       real(wp), intent(inout), contiguous :: lambda(:)
       !> What is left of a component counts as none up to this part of the multipliers.
       real(wp), parameter :: enough = 16.0_wp*epsilon(1.0_wp)
-      real(wp), dimension(self%c) :: along, given, left, result, step
+      !> In the places of all rows, those that are not kept zero, and of these alone.
+      real(wp) :: x(self%c)
+      real(wp), dimension(self%c - self%rank) :: along, left, result, step
+      type(coupling_t), allocatable :: couplings(:)
+      integer :: others(self%c - self%rank)
       real(wp) :: far, left_before, length, size_of
-      logical :: kept(self%c)
-      integer :: i, most, pass
+      integer :: i, pass
 
-      most = self%c - self%rank
-      if (most == 0) return
+      if (self%rank == self%c) return
+      size_of = norm2(lambda)
+      if (.not. size_of > 0.0_wp) return
+      call find_couplings(self, others, couplings)
       do i = 1, self%c
-         kept(i) = self%kept(self%normal%order(i))
-         given(i) = lambda(self%normal%order(i))
+         x(i) = lambda(self%normal%order(i))
       end do
-      left = transposed_times(given)
-      step = left
-      along = 0.0_wp
-      size_of = norm2(given)
+      left(:) = x(others)
+      call self%solve(x)
+      call take_from_kept(-1.0_wp, left)
+      step(:) = left
+      along(:) = 0.0_wp
       length = dot_product(left, left)
-      do pass = 1, most + 10
+      do pass = 1, size(left) + 10
          if (sqrt(length) <= enough*size_of) exit
-         result = transposed_times(times(step))
+         call give_to_kept(step)
+         call self%solve(x)
+         result(:) = step
+         call take_from_kept(1.0_wp, result)
          far = length/dot_product(step, result)
-         along = along + far*step
-         left = left - far*result
+         along(:) = along + far*step
+         left(:) = left - far*result
          left_before = length
          length = dot_product(left, left)
-         step = left + (length/left_before)*step
+         step(:) = left + (length/left_before)*step
       end do
-      given = given - times(along)
+      call give_to_kept(along)
+      x(others) = -along
       do i = 1, self%c
-         lambda(self%normal%order(i)) = given(i)
+         lambda(self%normal%order(i)) = lambda(self%normal%order(i)) + x(i)
       end do
 
    contains
 
-      !> N z, z in the places of rows that are not kept.
-      function times(z) result(y)
+      !> x = S_KK^-1 S_KL z.
+      subroutine give_to_kept(z)
          real(wp), intent(in) :: z(:)
-         real(wp) :: y(self%c)
-
-         y = couple(z)
-         call self%solve(y)
-         y = z - y
-      end function times
-
-      !> N^T y, in the places of rows that are not kept.
-      function transposed_times(y) result(z)
-         real(wp), intent(in) :: y(:)
-         real(wp) :: z(self%c)
-
-         z = merge(y, 0.0_wp, kept)
-         call self%solve(z)
-         z = merge(0.0_wp, y - couple(z), kept)
-      end function transposed_times
-
-      !> What S has of rows that are kept for those that are not, and of these for the others.
-      function couple(x) result(y)
-         real(wp), intent(in) :: x(:)
-         real(wp) :: y(self%c)
          integer :: l
 
-         y = 0.0_wp
-         do l = 1, size(self%normal%row)
-            associate (i => self%normal%row(l), j => self%normal%column(l), s => self%normal%s(self%c + l))
-               if (kept(i) .eqv. kept(j)) cycle
-               y(i) = y(i) + s*x(j)
-               y(j) = y(j) + s*x(i)
-            end associate
+         x(:) = 0.0_wp
+         do l = 1, size(couplings)
+            x(couplings(l)%kept) = x(couplings(l)%kept) + couplings(l)%s*z(couplings(l)%other)
          end do
-      end function couple
+         call self%solve(x)
+      end subroutine give_to_kept
+
+      !> z := z + S_LK x, or less it.
+      subroutine take_from_kept(sign, z)
+         real(wp), intent(in) :: sign
+         real(wp), intent(inout) :: z(:)
+         integer :: l
+
+         do l = 1, size(couplings)
+            z(couplings(l)%other) = z(couplings(l)%other) + (sign*couplings(l)%s)*x(couplings(l)%kept)
+         end do
+      end subroutine take_from_kept
 
    end subroutine minimum_norm
+
+   !> What S has of rows that are kept and of others: S_KL.
+   subroutine find_couplings(self, others, couplings)
+      class(ordered_solver_t), intent(in) :: self
+      !> Places of the rows that are not kept.
+      integer, intent(out) :: others(:)
+      type(coupling_t), allocatable, intent(out) :: couplings(:)
+      !> At each place the number of a row that is not kept, or 0.
+      integer :: number(self%c)
+      integer :: i, l, m
+
+      number(:) = 0
+      m = 0
+      do i = 1, self%c
+         if (self%kept(self%normal%order(i))) cycle
+         m = m + 1
+         others(m) = i
+         number(i) = m
+      end do
+      allocate (couplings(count((number(self%normal%row) > 0) .neqv. (number(self%normal%column) > 0))))
+      m = 0
+      do l = 1, size(self%normal%row)
+         associate (i => self%normal%row(l), j => self%normal%column(l), s => self%normal%s(self%c + l))
+            if ((number(i) > 0) .eqv. (number(j) > 0)) cycle
+            m = m + 1
+            couplings(m) = merge(coupling_t(j, number(i), s), coupling_t(i, number(j), s), number(i) > 0)
+         end associate
+      end do
+   end subroutine find_couplings
 
    !> d := d - K^-1 A^T lambda.
    pure subroutine correction(self, a, lambda, d)

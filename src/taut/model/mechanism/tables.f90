@@ -129,19 +129,34 @@ contains
    !> Force and moment of each joint that is shown. Its rows push along unit vectors at right angles, those of directions turn about
    !! such; where a disc rolls the force turns it too, so that its moment is not among them.
    module procedure magnitudes
+      type(magnitude_t), allocatable :: all_of_them(:)
       integer, allocatable :: rows(:)
       logical, allocatable :: turns(:)
-      integer :: i, j
+      integer :: i, j, n
 
-      allocate (list(0))
+      allocate (all_of_them(2*size(self%shown)))
+      n = 0
       do i = 1, size(self%shown)
          associate (joint => self%joints(self%shown(i)))
             rows = [(j, j=joint%first, joint%last), (j, j=joint%first_rate, joint%last_rate)]
             turns = [(any(self%rows(rows(j))%kind == [row_dot, row_angle]), j=1, size(rows))]
-            if (.not. all(turns)) list = [list, magnitude_t(joint%name//'.force', pack(rows, .not. turns))]
-            if (any(turns)) list = [list, magnitude_t(joint%name//'.moment', pack(rows, turns))]
+            if (.not. all(turns)) call add('.force', pack(rows, .not. turns))
+            if (any(turns)) call add('.moment', pack(rows, turns))
          end associate
       end do
+      list = all_of_them(:n)
+
+   contains
+
+      subroutine add(what, its_rows)
+         character(*), intent(in) :: what
+         integer, intent(in) :: its_rows(:)
+
+         n = n + 1
+         all_of_them(n)%name = self%joints(self%shown(i))%name//what
+         all_of_them(n)%rows = its_rows
+      end subroutine add
+
    end procedure magnitudes
 
    !> Numbers of a joint: force and moment in global axes, in its own, then angle and displacement.
