@@ -949,7 +949,7 @@ contains
       type(archive_t), intent(inout) :: archive
       character(*), intent(in) :: name
       type(rank_keeper_t), intent(inout) :: keeper
-      real(wp) :: kept(size(keeper%kept))
+      real(wp) :: kept(size(keeper%kept)), stretch(size(keeper%selection%rows%stretch))
 
       call archive%item(name//' is held', keeper%holds)
       call archive%item(name//' before', keeper%rank_before)
@@ -966,6 +966,10 @@ contains
       call archive%item(name//' smallest pivot before', keeper%pivot_before)
       call archive%item(name//' scale of rows', keeper%selection%rows%row_scale)
       call archive%item(name//' scale of columns', keeper%selection%rows%column_scale)
+      call archive%item(name//' largest stretch of columns', keeper%selection%rows%stretched)
+      stretch = reshape(keeper%selection%rows%stretch, shape(stretch))
+      call archive%item(name//' stretch of columns', stretch)
+      keeper%selection%rows%stretch(:, :) = reshape(stretch, shape(keeper%selection%rows%stretch))
       call archive%list(name//' changes', keeper%changes)
    end subroutine keeper_through
 

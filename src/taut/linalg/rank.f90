@@ -7,7 +7,8 @@ module taut_linalg_rank
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: doubtful_pivot, independent, exactly_dependent, largest_share, negligible, with_noise
+   public :: doubtful_pivot, independent, exactly_dependent, largest_share, negligible, with_noise, weak_direction, &
+             least_direction, most_refinements
    public :: dead_pivot, dead_steps, passed_pivot, pivot_floor, weak_pivot, weaker, ill_conditioned, refinements, &
              least_of_independent
    public :: seen_rising, rising_steps, above_violation
@@ -31,6 +32,15 @@ module taut_linalg_rank
    real(wp), parameter :: largest_share = 2.0_wp
    !> Entries of null vectors below this part of its length are round-off.
    real(wp), parameter :: negligible = 64.0_wp*epsilon(1.0_wp)
+   !> Passes through B, at most, that make a null vector exact: one for each direction that round-off has hidden in S, in excess of
+   !! the first. They end where they get no further.
+   integer, parameter :: most_refinements = 12
+   !> Directions of a body's translation or rotation that its rows hold less than this part of how they hold the strongest one are
+   !> stretched up to it: with parts as slender as 1e-6, the smallest singular value of independent rows rises from 1e-8 to 1e-3.
+   real(wp), parameter :: weak_direction = 0.1_wp
+   !> Directions that they hold less than this are not stretched: rows that have no more than that do not count as independent, as
+   !> of two guides that are not quite parallel.
+   real(wp), parameter :: least_direction = independent
    !> Beside the manifold a dependent row seems independent by about as much as constraints are violated; what exceeds the
    !! second is taken for independent all the same, as Newton's iteration is to see it.
    real(wp), parameter :: noise_factor = 10.0_wp, largest_noise = 1.0e-3_wp

@@ -223,9 +223,10 @@ contains
 
       ! Any motion will do that has a part in all directions.
       do j = 1, a%n
-         self%probe(j) = self%selection%rows%column_scale(j)*sin(real(j*j, wp))
+         self%probe(j) = sin(real(j*j, wp))
       end do
-      length = norm2(self%probe/self%selection%rows%column_scale)
+      length = norm2(self%probe)
+      call self%selection%rows%to_motion(self%probe)
       call solver%project(a, self%zero, self%probe, self%r, self%lambda)
       call a%multiply(self%probe, self%r)
       largest = 0.0_wp
@@ -234,7 +235,8 @@ contains
                                                                              self%selection%rows%empty(i)))
       end do
       ! Where no motion is left, there is nothing but round-off.
-      largest = largest/max(norm2(self%probe/self%selection%rows%column_scale), exactly_dependent*length)
+      call self%selection%rows%from_motion(self%probe)
+      largest = largest/max(norm2(self%probe), exactly_dependent*length)
    end function slip
 
    !> Lets the decision go, for it has proved wrong: rows are selected anew wherever they are asked for, until the next look.

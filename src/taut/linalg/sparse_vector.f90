@@ -20,6 +20,8 @@ module taut_linalg_sparse_vector
       procedure :: init
       procedure :: clear
       procedure :: add
+      procedure :: take
+      procedure :: scale
       procedure :: norm
       procedure :: largest
       procedure :: queue_up
@@ -66,6 +68,33 @@ contains
       if (.not. self%listed(i)) call list(self, i)
       self%value(i) = self%value(i) + x
    end subroutine add
+
+   !> Becomes another one.
+   pure subroutine take(self, other)
+      !> The vector.
+      class(sparse_vector_t), intent(inout) :: self
+      !> What it becomes, of its length.
+      type(sparse_vector_t), intent(in) :: other
+      integer :: i
+
+      call self%clear()
+      do i = 1, other%number
+         call self%add(other%place(i), other%value(other%place(i)))
+      end do
+   end subroutine take
+
+   !> Multiplies it.
+   pure subroutine scale(self, factor)
+      !> The vector.
+      class(sparse_vector_t), intent(inout) :: self
+      !> By what.
+      real(wp), intent(in) :: factor
+      integer :: i
+
+      do i = 1, self%number
+         self%value(self%place(i)) = factor*self%value(self%place(i))
+      end do
+   end subroutine scale
 
    pure subroutine list(self, i)
       type(sparse_vector_t), intent(inout) :: self

@@ -101,7 +101,7 @@ contains
       call self%jacobian_entries(at, a%values)
       call self%column_groups(group)
       call rows%init(a, self%c, group)
-      call rows%scale(a)
+      call rows%scale(a, stretch=.false.)
       allocate (it%unit(self%n, self%c), source=0.0_wp)
       do i = 1, self%c
          do k = rows%first(i), rows%first(i + 1) - 1
