@@ -28,17 +28,18 @@ module mechanism_runs
 contains
 
    !> Reads a case file of the project and runs it to a time.
-   subroutine run_file(name, t_end, tolerance, run, failure)
+   subroutine run_file(name, t_end, tolerance, run, failure, integrator)
       character(*), intent(in) :: name
       real(wp), intent(in) :: t_end, tolerance
       type(run_t), intent(out) :: run
       character(:), allocatable, intent(inout) :: failure
+      character(*), intent(in), optional :: integrator
       type(namelist_file_t) :: file
       type(error_t), allocatable :: error
 
       call file%load(folder//name//'.nml', error)
       call no_error(failure, error)
-      if (.not. allocated(failure)) call run_loaded(file, t_end, tolerance, run, failure)
+      if (.not. allocated(failure)) call run_loaded(file, t_end, tolerance, run, failure, integrator)
    end subroutine run_file
 
    !> The same for a text.
@@ -55,11 +56,12 @@ contains
       if (.not. allocated(failure)) call run_loaded(file, t_end, tolerance, run, failure)
    end subroutine run_text
 
-   subroutine run_loaded(file, t_end, tolerance, run, failure)
+   subroutine run_loaded(file, t_end, tolerance, run, failure, integrator)
       type(namelist_file_t), intent(in) :: file
       real(wp), intent(in) :: t_end, tolerance
       type(run_t), intent(inout) :: run
       character(:), allocatable, intent(inout) :: failure
+      character(*), intent(in), optional :: integrator
       type(error_t), allocatable :: error
 
       call read_mechanism(file, run%model, run%start, run%settings, run%report, error)
@@ -67,6 +69,7 @@ contains
       if (allocated(failure)) return
       run%settings%options%rtol = tolerance
       run%settings%options%atol = tolerance
+      if (present(integrator)) run%settings%options%integrator = integrator
       run%at = run%start
       call simulate(run%model, run%at, t_end, run%result, error, run%settings%methods(1)%method, run%settings%options)
       call no_error(failure, error)

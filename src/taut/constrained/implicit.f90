@@ -36,6 +36,10 @@ module taut_constrained_implicit
       type(block_diagonal_t), private :: m
       !> Rows of A that are not redundant; those that are solved for are `kept`.
       logical, allocatable, private :: independent(:)
+      !> Rows that a step leaves out, whether it does, and what they push with that the others cannot, at its start: (n).
+      logical, allocatable, private :: held(:)
+      logical, private :: holding = .false.
+      real(wp), allocatable, private :: held_force(:)
       real(wp), allocatable, private :: phi(:), b_prime(:), psi(:), force(:)
       real(wp), allocatable, private :: real_b(:), base(:), base_w(:), balance(:), of_reactions(:), varied_w(:), step(:), unit(:)
       logical, private :: mass_known = .false.
@@ -46,6 +50,7 @@ module taut_constrained_implicit
       procedure :: refresh
       procedure :: settle
       procedure :: yield
+      procedure :: take_back
       procedure :: start
       procedure :: explain
    end type implicit_form_t
@@ -92,6 +97,8 @@ contains
       if (.not. allocated(self%tau)) allocate (self%tau(self%n_e), source=0.0_wp)
       call self%lay_out()
       allocate (self%independent(self%c), source=.true.)
+      allocate (self%held(self%c), source=.false.)
+      allocate (self%held_force(self%n_v), source=0.0_wp)
       allocate (self%phi(self%n_phi), self%b_prime(self%c), self%psi(self%c), self%force(self%n_v), self%base(self%n_v), &
                 self%base_w(self%n_w), self%balance(self%n_v), self%of_reactions(self%n_v), self%varied_w(self%n_w), &
                 self%step(self%n_v), self%unit(self%n_v), self%real_b(self%n_v + self%n_w + self%c), &
@@ -194,7 +201,13 @@ contains
       end if
       if (self%c > 0) then
          call evaluate_jacobian(self%model, at, self%a)
-         call self%a%subtract_transposed(z(:self%c), self%force)
+         if (self%holding) then
+            self%part_c(:) = merge(0.0_wp, z(:self%c), self%held)
+            call self%a%subtract_transposed(self%part_c, self%force)
+            self%force(:) = self%force + self%held_force
+         else
+            call self%a%subtract_transposed(z(:self%c), self%force)
+         end if
       end if
       self%balance(:) = self%balance - self%force
    end subroutine momentum
@@ -228,10 +241,13 @@ contains
          self%base(:) = self%balance
          if (self%n_w > 0) call self%model%w_rate(at, self%base_w)
          reach = maxval(abs(at%x))
+         ! Where all coordinates are zero, what they would be.
+         self%unit(:) = 0.0_wp
+         if (reach <= epsilon(reach)) call self%model%sizes(at, self%unit, self%step)
          do i = 1, n
             self%step(i) = abs(h*at%v(i))
             if (n_x == n) then
-               self%step(i) = max(self%step(i), abs(at%x(i)), 1.0e-3_wp*reach)
+               self%step(i) = max(self%step(i), abs(at%x(i)), 1.0e-3_wp*max(reach, 1.0e-2_wp*self%unit(i)))
             else
                self%step(i) = max(self%step(i), min(1.0_wp, reach))
             end if
@@ -317,6 +333,7 @@ contains
       self%at%v(:) = y(n_x + 1:n_x + n)
       self%at%w(:) = y(n_x + n + 1:)
       self%singular_at = 0
+      self%holding = .false.
       call self%model%normalize(self%at%x)
       ! On the constraints, where redundant rows are seen to be.
       call self%projector%position(self%model, self%at, info)
@@ -412,7 +429,7 @@ contains
    end subroutine settle
 
    !> Near a dead point what a row has that the others do not changes its sign within a step, and no Jacobian does for all stages.
-   !! Such rows are left out, with their lambda as at the step's start: it is smooth, and moves the state by nearly nothing there.
+   !! Such rows are left out, and what they push with that the others cannot is held: it is smooth, though lambda has a pole there.
    subroutine yield(self, h, yields, info)
       !> The form, linearized.
       class(implicit_form_t), intent(inout) :: self
@@ -434,8 +451,41 @@ contains
       call evaluate_jacobian(self%model, self%stage, self%a)
       self%kept(:) = self%independent
       call self%projector%leave_out(self%a, self%kept, info)
-      yields = any(self%kept .neqv. self%independent)
+      self%held(:) = self%independent .and. .not. self%kept
+      yields = any(self%held)
+      self%holding = yields
    end subroutine yield
+
+   !> A violation that the projection tolerates is turned into a motion by rows that are near to others: what is no more than
+   !! round-off of phi counts as none here.
+   subroutine take_back(self, ode, t, y)
+      !> The form.
+      class(implicit_form_t), intent(inout) :: self
+      !> The system, asked for the times between which it is looked at.
+      class(ode_system_t), intent(in) :: ode
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}, projected: (n).
+      real(wp), intent(inout), contiguous :: y(:)
+      integer :: info, n, n_x
+      real(wp) :: tolerance
+
+      n = self%n_v
+      n_x = self%n_x
+      self%stage%t = min(max(t, ode%t_low), ode%t_high)
+      self%stage%x(:) = y(:n_x)
+      self%stage%v(:) = y(n_x + 1:n_x + n)
+      self%stage%w(:) = y(n_x + n + 1:)
+      associate (yardstick => self%projector%yardstick)
+         tolerance = yardstick%tolerance
+         call yardstick%allow(tiny(1.0_wp))
+         call self%projector%correct(self%model, self%stage, info)
+         call yardstick%allow(tolerance)
+      end associate
+      if (info /= rhs_ok) return
+      y(:n_x) = self%stage%x
+      y(n_x + 1:n_x + n) = self%stage%v
+   end subroutine take_back
 
    !> Accelerations and multipliers of a state, with its internal forces as they are: M vdot + A^T lambda = f_s - B^T sigma,
    !! A vdot = b''. At a breakpoint a stiff part is not asked for its force afresh, for that would make it ring.
@@ -466,6 +516,7 @@ contains
       self%at%v(:) = y(n_x + 1:n_x + n)
       self%at%w(:) = y(n_x + n + 1:)
       self%singular_at = 0
+      self%holding = .false.
       call self%model%normalize(self%at%x)
       call self%projector%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
@@ -507,6 +558,10 @@ contains
       if (self%model%reactive) call start_reactions(self, z(:c))
       call self%model%x_rate(self%at, self%at%v, ydot(:n_x))
       ydot(n_x + 1:n_x + n) = self%real_x(:n)
+      if (any(self%held)) then
+         call find_held_force(self, ode, z(:c), info)
+         if (info /= rhs_ok) return
+      end if
       if (self%n_w > 0) call self%model%w_rate(self%at, ydot(n_x + n + 1:))
       if (ode%has_integral) then
          call self%model%velocity_rhs(self%at, self%b_prime)
@@ -514,6 +569,29 @@ contains
       end if
       info = merge(rhs_ok, rhs_retry, all(ieee_is_finite(ydot)) .and. all(ieee_is_finite(z)))
    end subroutine start
+
+   !> What the held rows push with that the others cannot: their force less M a, where a is what of the accelerations it gives is
+   !! left by the others. It is normal to the constraints, and stays so; the rest of their force would turn away.
+   subroutine find_held_force(self, ode, lambda, info)
+      type(implicit_form_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      real(wp), intent(in) :: lambda(:)
+      integer, intent(out) :: info
+      integer :: n
+
+      n = self%n_v
+      self%part_c(:) = merge(lambda, 0.0_wp, self%held)
+      self%held_force(:) = 0.0_wp
+      call self%projector%a%subtract_transposed(self%part_c, self%held_force)
+      self%kept(:) = self%independent .and. .not. self%held
+      call self%factorize(ode, 1, (1.0_wp, 0.0_wp), info)
+      if (info /= rhs_ok) info = rhs_not_solved
+      if (info /= rhs_ok) return
+      self%real_x(:n) = self%held_force
+      self%real_x(n + 1:) = 0.0_wp
+      call self%real_factor%solve(self%band, self%real_x)
+      call self%m_here%multiply(self%real_x(:n), self%held_force)
+   end subroutine find_held_force
 
    !> Forces that depend on the multipliers are those of the multipliers that they lead to; begun at those of g(0).
    subroutine start_reactions(self, lambda)

@@ -64,6 +64,7 @@ module taut_constrained_saddle_point
       procedure :: solve
       procedure :: multiply
       procedure :: displacement
+      procedure :: round_off
    end type saddle_point_t
 
 contains
@@ -523,5 +524,60 @@ contains
       call self%m_here%multiply(q(self%n_x + 1:self%n_x + self%n_v), r(self%n_x + 1:self%n_x + self%n_v))
       r(self%n + 1:) = 0.0_wp
    end subroutine multiply
+
+   !> What round-off may leave of the equations: of phi, what the coordinates are worth; of the others, that of the terms which make
+   !! them up, in the matrices of the linearization. mu vanishes.
+   subroutine round_off(self, y, ydot, z, r)
+      !> The form, linearized.
+      class(saddle_point_t), intent(inout) :: self
+      !> State {x; v; w}: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Its derivative: (n).
+      real(wp), intent(in), contiguous :: ydot(:)
+      !> {lambda; mu; sigma}: (n_z).
+      real(wp), intent(in), contiguous :: z(:)
+      !> Its size: (n + n_z).
+      real(wp), intent(out), contiguous :: r(:)
+      real(wp), parameter :: last_place = epsilon(1.0_wp)
+      integer :: i, j, l
+
+      associate (n => self%n_v, n_x => self%n_x, n_y => self%n, c => self%c, x => y(:self%n_x), &
+                 v => y(self%n_x + 1:self%n_x + self%n_v), a => self%projector%a)
+         r(:n_x) = last_place*abs(ydot(:n_x))
+         associate (of_v => r(n_x + 1:n_x + n), vdot => ydot(n_x + 1:n_x + n), of_c => r(n_y + c + 1:n_y + 2*c), &
+                    of_e => r(n_y + 2*c + 1:))
+            do i = 1, n
+               of_v(i) = 0.0_wp
+               do l = self%coupling%first(i), self%coupling%first(i + 1) - 1
+                  j = self%coupling%column(l)
+                  of_v(i) = of_v(i) + last_place*(abs(self%mass(l)*vdot(j)) + abs(self%soft_d(l)*v(j)))
+               end do
+            end do
+            do i = 1, self%n_w
+               r(n_x + n + i) = last_place*abs(ydot(n_x + n + i))
+               do j = 1, n
+                  r(n_x + n + i) = r(n_x + n + i) + last_place*abs(self%g_v(i, j)*v(j))
+               end do
+            end do
+            call self%projector%yardstick%round_off(x, r(n_y + 1:n_y + self%n_phi))
+            r(n_y + self%n_phi + 1:n_y + c) = 0.0_wp
+            do i = 1, c
+               of_c(i) = 0.0_wp
+               do l = 1, entries_of_row(a, i)
+                  j = column_of(a, i, l)
+                  of_c(i) = of_c(i) + last_place*abs(value_of(a, i, l)*v(j))
+                  of_v(j) = of_v(j) + last_place*abs(value_of(a, i, l)*z(i))
+               end do
+            end do
+            do i = 1, self%n_e
+               of_e(i) = last_place*abs(z(2*c + i))
+               do l = self%b_here%first(i), self%b_here%first(i + 1) - 1
+                  j = self%b_here%column(l)
+                  of_v(j) = of_v(j) + last_place*abs(self%b_here%values(l)*z(2*c + i))
+               end do
+            end do
+         end associate
+      end associate
+   end subroutine round_off
 
 end module taut_constrained_saddle_point

@@ -46,8 +46,10 @@ module taut_constrained_yardstick
    contains
       procedure :: init
       procedure :: lay
+      procedure :: allow
       procedure :: measure
       procedure :: nothing_moves
+      procedure :: round_off
       procedure :: serialize
       procedure, private :: conclude
    end type yardstick_t
@@ -110,6 +112,17 @@ contains
       call self%conclude()
    end subroutine lay
 
+   !> Another tolerance.
+   pure subroutine allow(self, tolerance)
+      !> The yardstick.
+      class(yardstick_t), intent(inout) :: self
+      !> tau, in the unit of phi.
+      real(wp), intent(in) :: tolerance
+
+      self%tolerance = tolerance
+      call self%conclude()
+   end subroutine allow
+
    !> What follows from the parts.
    pure subroutine conclude(self)
       class(yardstick_t), intent(inout) :: self
@@ -140,21 +153,41 @@ contains
       real(wp), intent(in), contiguous :: x(:)
       !> In the unit of the tolerance.
       real(wp) :: size_of_it
-      real(wp) :: round_off
+      real(wp) :: uncertain
       integer :: i
 
-      round_off = largest_entry(x)
-      if (.not. self%plain) round_off = max(round_off, self%largest)
-      round_off = exact*last_place(round_off)/self%tolerance
-      if (self%plain .and. round_off*self%steepest <= 1.0_wp) then
+      uncertain = of_coordinates(self, x)/self%tolerance
+      if (self%plain .and. uncertain*self%steepest <= 1.0_wp) then
          size_of_it = largest_entry(phi)
          return
       end if
       size_of_it = 0.0_wp
       do i = 1, size(self%part)
-         size_of_it = max(size_of_it, abs(phi(i))/max(self%part(i), round_off*self%steep(i)))
+         size_of_it = max(size_of_it, abs(phi(i))/max(self%part(i), uncertain*self%steep(i)))
       end do
    end function measure
+
+   !> What round-off of the coordinates may leave of phi.
+   pure subroutine round_off(self, x, phi)
+      !> The yardstick.
+      class(yardstick_t), intent(in) :: self
+      !> Coordinates: (n_x).
+      real(wp), intent(in), contiguous :: x(:)
+      !> Its size: (n_phi).
+      real(wp), intent(out), contiguous :: phi(:)
+
+      phi(:) = of_coordinates(self, x)/exact*self%steep
+   end subroutine round_off
+
+   !> Round-off of the coordinates that counts as none.
+   pure real(wp) function of_coordinates(self, x) result(uncertain)
+      class(yardstick_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: x(:)
+
+      uncertain = largest_entry(x)
+      if (.not. self%plain) uncertain = max(uncertain, self%largest)
+      uncertain = exact*last_place(uncertain)
+   end function of_coordinates
 
    !> Whether a displacement is round-off of the coordinates.
    pure logical function nothing_moves(self, d, x)

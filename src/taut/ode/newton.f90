@@ -48,6 +48,8 @@ module taut_ode_newton
       !> By how much the iteration is still off after its last correction, in units of that; the step of the factors.
       real(wp), private :: eta = 1.0_wp, h_factors = 0.0_wp
       real(wp), private :: change_before = 0.0_wp, tolerance = 0.0_wp
+      !> Contraction and eta before this iteration.
+      real(wp), private :: contraction_before = 1.0_wp, eta_before = 1.0_wp
       !> Where the Jacobian was built, and where what of it costs little was brought since, if it was, and in this very step.
       real(wp), private :: h_jacobian = 0.0_wp
       type(place_t), private :: jacobian, refreshed
@@ -62,6 +64,8 @@ module taut_ode_newton
       procedure :: yield
       procedure :: begin
       procedure :: judge
+      procedure :: draw_round_off
+      procedure :: judge_round_off
       procedure :: accept
       procedure :: count
       procedure :: blame
@@ -257,13 +261,26 @@ contains
       self%h_factors = 0.0_wp
    end subroutine improve
 
-   !> Where an iteration has failed with a fresh Jacobian: whether the equations can hold what hampers it.
-   subroutine yield(self, h, yields, info)
+   !> Where an iteration has failed with a fresh Jacobian: whether the equations can hold what hampers it. What is held is what the
+   !! equations themselves say at the step's start: round-off may have made anything of what the steps before have left of it.
+   subroutine yield(self, ode, t, h, y, ydot, z, work, yields, info)
       !> The iteration.
       class(newton_t), intent(inout) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+      !> Time at the step's start [s].
+      real(wp), intent(in) :: t
       !> The step [s].
       real(wp), intent(in) :: h
-      !> Whether another try with this step and this Jacobian is of use.
+      !> State at the step's start: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Its derivative, replaced if the equations yield: (n).
+      real(wp), intent(inout), contiguous :: ydot(:)
+      !> Algebraic unknowns there, replaced likewise: (n_z).
+      real(wp), intent(inout), contiguous :: z(:)
+      !> Where it is counted.
+      type(work_t), intent(inout) :: work
+      !> Whether another try with this step is of use.
       logical, intent(out) :: yields
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
@@ -272,8 +289,17 @@ contains
       info = rhs_ok
       if (self%yields .or. .not. self%has_jacobian) return
       call self%equations%yield(h, yields, info)
+      if (info /= rhs_ok .or. .not. yields) return
+      call self%equations%start(ode, t, y, .false., ydot, z, info)
+      if (info /= rhs_ok) return
+      self%jacobian%z(:) = z
+      associate (of => self%jacobian)
+         call self%equations%linearize(ode, of%t, h, of%y, of%ydot, of%z, info)
+      end associate
+      work%jacobians = work%jacobians + 1
+      if (info == rhs_ok) call self%equations%yield(h, yields, info)
       self%yields = yields
-      if (yields) self%h_factors = 0.0_wp
+      self%h_factors = 0.0_wp
    end subroutine yield
 
    !> Before the first iteration of a step.
@@ -286,6 +312,8 @@ contains
       self%used = 0
       self%trouble = no_trouble
       self%change_before = 0.0_wp
+      self%contraction_before = self%contraction
+      self%eta_before = self%eta
       self%tolerance = max(10.0_wp*epsilon(1.0_wp)/control%rtol, min(3.0e-3_wp, sqrt(control%rtol)))
    end subroutine begin
 
@@ -320,6 +348,50 @@ contains
       hopes = self%used < most_iterations
       self%change_before = change
    end subroutine judge
+
+   !> A residual such as round-off may leave it, for an iteration without hopes: what a correction is then, nothing makes smaller.
+   subroutine draw_round_off(self, stage, y, ydot, z, r)
+      !> The iteration, with its matrices.
+      class(newton_t), intent(inout) :: self
+      !> Which of several residuals, each of which has signs of its own.
+      integer, intent(in) :: stage
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Its derivative: (n).
+      real(wp), intent(in), contiguous :: ydot(:)
+      !> Algebraic unknowns: (n_z).
+      real(wp), intent(in), contiguous :: z(:)
+      !> The residual: (n + n_z).
+      real(wp), intent(out), contiguous :: r(:)
+      !> The part of the golden ratio behind the point, whose multiples are spread evenly.
+      real(wp), parameter :: golden = 0.5_wp*(sqrt(5.0_wp) - 1.0_wp)
+      integer :: j
+
+      call self%equations%round_off(y, ydot, z, r)
+      do j = 1, size(r)
+         r(j) = sign(r(j), modulo(golden*real(j + stage*size(r), wp), 1.0_wp) - 0.5_wp)
+      end do
+   end subroutine draw_round_off
+
+   !> Whether an iteration without hopes has come as far as round-off lets it.
+   pure subroutine judge_round_off(self, change, of_round_off, converged)
+      !> The iteration.
+      class(newton_t), intent(inout) :: self
+      !> Size of its last correction.
+      real(wp), intent(in) :: change
+      !> Size of that which belongs to a residual of round-off.
+      real(wp), intent(in) :: of_round_off
+      !> Whether what is left is of that size.
+      logical, intent(out) :: converged
+      !> Signs may fall worse than those that were drawn, by so much.
+      real(wp), parameter :: luck = 2.0_wp
+
+      converged = change <= luck*of_round_off
+      if (.not. converged) return
+      ! How fast it contracts was not to be seen.
+      self%contraction = self%contraction_before
+      self%eta = self%eta_before
+   end subroutine judge_round_off
 
    !> A step holds: the matrices serve for the next one if the iteration went well.
    pure subroutine accept(self)

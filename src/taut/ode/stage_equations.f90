@@ -13,6 +13,7 @@ module taut_ode_stage_equations
 
    !> ydot = f(t, y), with the factorizations that the system offers, or with its full Jacobian by differences.
    type, extends(stage_equations_t) :: plain_equations_t
+      !> Whether the Jacobian is that of differences, for the system has no factorizations.
       logical, private :: own = .false.
       real(wp), allocatable, private :: jacobian(:, :), real_lu(:, :), real_r(:), f(:), near(:), f_near(:)
       complex(wp), allocatable, private :: complex_lu(:, :)
@@ -25,6 +26,7 @@ module taut_ode_stage_equations
       procedure :: factorize
       procedure :: solve
       procedure :: multiply
+      procedure :: round_off
    end type plain_equations_t
 
 contains
@@ -117,13 +119,14 @@ contains
       real(wp) :: least, reach
 
       call ode%linearize(t, y, info)
-      self%own = info /= rhs_cannot
-      if (self%own) return
+      self%own = info == rhs_cannot
+      if (.not. self%own) return
       self%evaluations = self%evaluations + self%n + 1
       call ode%rhs(t, y, self%f, info)
       if (info /= rhs_ok) return
       self%near(:) = y
-      least = max(1.0e-3_wp*maxval(abs(y)), tiny(1.0_wp)/difference)
+      ! From rest at zero, the size of the state is that of where it goes.
+      least = max(1.0e-3_wp*max(maxval(abs(y)), abs(h)*maxval(abs(self%f))), tiny(1.0_wp)/difference)
       do j = 1, self%n
          reach = difference*max(abs(y(j)), abs(h*ydot(j)), least)
          self%near(j) = y(j) + reach
@@ -151,7 +154,7 @@ contains
       integer, intent(out) :: info
       integer :: i
 
-      if (self%own) then
+      if (.not. self%own) then
          call ode%factorize(slot, shift, info)
          return
       end if
@@ -184,7 +187,7 @@ contains
       integer :: info
 
       r(:) = -r
-      if (self%own) then
+      if (.not. self%own) then
          call ode%solve(slot, r)
       else if (slot == 1) then
          self%real_r(:) = real(r, wp)
@@ -208,5 +211,33 @@ contains
       associate (unused_equations => self)
       end associate
    end subroutine multiply
+
+   !> That of ydot - f(t, y), with f as large as ydot and what round-off of y changes in it, where the Jacobian is at hand.
+   subroutine round_off(self, y, ydot, z, r)
+      !> The equations, linearized.
+      class(plain_equations_t), intent(inout) :: self
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> Its derivative: (n).
+      real(wp), intent(in), contiguous :: ydot(:)
+      !> There are none: (0).
+      real(wp), intent(in), contiguous :: z(:)
+      !> Its size: (n).
+      real(wp), intent(out), contiguous :: r(:)
+      integer :: i, j
+
+      do i = 1, self%n
+         r(i) = epsilon(1.0_wp)*abs(ydot(i))
+      end do
+      if (self%own) then
+         do j = 1, self%n
+            do i = 1, self%n
+               r(i) = r(i) + epsilon(1.0_wp)*abs(self%jacobian(i, j)*y(j))
+            end do
+         end do
+      end if
+      associate (unused_z => z)
+      end associate
+   end subroutine round_off
 
 end module taut_ode_stage_equations

@@ -104,8 +104,10 @@ module taut_ode_system
       procedure(factorize_equations), deferred :: factorize
       procedure(solve_equations), deferred :: solve
       procedure(multiply_derivative), deferred :: multiply
+      procedure(find_round_off), deferred :: round_off
       procedure :: settle => nothing_to_settle
       procedure :: yield => nothing_to_yield
+      procedure :: take_back => nothing_to_take_back
       procedure :: explain => nothing_to_explain
    end type stage_equations_t
 
@@ -217,6 +219,22 @@ module taut_ode_system
          !> The product, zero beyond n: (n + n_z).
          real(wp), intent(out), contiguous :: r(:)
       end subroutine multiply_derivative
+
+      !> What round-off may leave of g(y, ydot, z, t), however good y, ydot and z are.
+      subroutine find_round_off(self, y, ydot, z, r)
+         import :: stage_equations_t, wp
+         implicit none (type, external)
+         !> The equations, linearized.
+         class(stage_equations_t), intent(inout) :: self
+         !> State: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Its derivative: (n).
+         real(wp), intent(in), contiguous :: ydot(:)
+         !> Algebraic unknowns: (n_z).
+         real(wp), intent(in), contiguous :: z(:)
+         !> Its size, without a sign: (n + n_z).
+         real(wp), intent(out), contiguous :: r(:)
+      end subroutine find_round_off
    end interface
 
    abstract interface
@@ -262,6 +280,22 @@ contains
                  unused_others => z)
       end associate
    end subroutine nothing_to_refresh
+
+   !> What a step has left that held something, at its end, which is projected: as far as round-off lets it be taken off. The
+   !! default takes off nothing.
+   subroutine nothing_to_take_back(self, ode, t, y)
+      !> The equations.
+      class(stage_equations_t), intent(inout) :: self
+      !> The system.
+      class(ode_system_t), intent(in) :: ode
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State, replaced: (n).
+      real(wp), intent(inout), contiguous :: y(:)
+
+      associate (unused_equations => self, unused_system => ode, unused_time => t, unused_state => y)
+      end associate
+   end subroutine nothing_to_take_back
 
    !> What went wrong in an implicit step, in words. The default names the entry of the state.
    subroutine nothing_to_explain(self, trouble, entry, text)

@@ -9,6 +9,7 @@ module taut_ode_stepper_radau
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_ode_newton, only: most_iterations
+   use taut_ode_projection_check, only: projection_holds
    use taut_ode_step_control, only: step_control_t
    use taut_ode_stepper_implicit, only: implicit_stepper_t
    use taut_ode_stepper_radau_tableau, only: b, b_low, c, d, e, from_modes, increments, nu, through_stages, to_modes
@@ -142,8 +143,11 @@ contains
          if (converged) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
          if (self%newton%fresh .and. info == rhs_ok) then
-            call self%newton%yield(h, yields, info)
-            if (yields .and. info == rhs_ok) cycle
+            call self%newton%yield(ode, t, h, y, self%ydot, self%z, self%work, yields, info)
+            if (yields .and. info == rhs_ok) then
+               self%has_history = .false.
+               cycle
+            end if
          end if
          call self%improve(control, self%work_y, y, self%state, h, h_next, again, info)
          if (.not. again) return
@@ -166,23 +170,50 @@ contains
          call self%give_up(h, h_next)
          return
       end if
-      self%shift(:) = y_new - self%state
       if (self%newton%yields) then
          ! What was held is seen in the way back only.
-         self%work_y(:) = self%shift
-         call ode%weigh_error(h, self%work_y)
-         accepted = control%norm(self%work_y, y, y_new) <= 1.0_wp
+         self%rate(:) = self%state - y_new
+         accepted = projection_holds(control, ode, self%rate, y, y_new, self%work_y)
          if (.not. accepted) then
             call self%give_up(h, h_next)
             return
          end if
+         call take_back(self, ode, control, t_new, h, y, y_new)
+         ! What was held has no history.
+         call self%newton%start(ode, t_new, y_new, .false., self%ydot_new, self%z_stage(:, 3), self%work, info)
+         if (info /= rhs_ok) then
+            accepted = .false.
+            call self%give_up(h, h_next)
+            return
+         end if
       end if
+      self%shift(:) = y_new - self%state
       self%h_try = h
       self%gain = h*dot_product(b, self%integrand)
       self%gain_error = abs(self%gain - h*(self%integrand_behind*b_low(1) + dot_product(b_low(2:), self%integrand(:2))))
       self%integrand_before = self%integrand_behind
       self%integrand_behind = self%integrand(3)
    end subroutine try
+
+   !> What the projection has tolerated of what was held, if it is less than what the projection itself has taken off.
+   subroutine take_back(self, ode, control, t_new, h, y, y_new)
+      type(radau_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      type(step_control_t), intent(in) :: control
+      real(wp), intent(in) :: t_new, h
+      real(wp), intent(in), contiguous :: y(:)
+      real(wp), intent(inout), contiguous :: y_new(:)
+      real(wp) :: taken
+
+      self%rate(:) = self%state - y_new
+      call ode%weigh_error(h, self%rate)
+      taken = control%norm(self%rate, y, y_new)
+      self%rate(:) = y_new
+      call self%newton%equations%take_back(ode, t_new, self%rate)
+      self%work_y(:) = self%rate - y_new
+      call ode%weigh_error(h, self%work_y)
+      if (control%norm(self%work_y, y, y_new) <= taken) y_new(:) = self%rate
+   end subroutine take_back
 
    !> A Jacobian, and its factors for the step.
    subroutine get_matrices(self, ode, t, y, h, info)
@@ -301,55 +332,92 @@ contains
       real(wp), intent(in), contiguous :: y(:)
       integer, intent(out) :: info
       logical, intent(out) :: converged
-      integer :: i, j, n
-      real(wp) :: change, mode(3)
+      integer :: i
+      real(wp) :: change, of_round_off
       logical :: hopes
 
-      n = self%n
       converged = .false.
       call self%newton%begin(control)
       do
          self%work%iterations = self%work%iterations + 1
          do i = 1, 3
-            call combine(self%y_stage, d(i, :)/h, self%rate)
-            do j = 1, n
-               self%state(j) = y(j) + self%y_stage(j, i)
-            end do
+            call at_stage(self, y, h, i)
             call self%newton%equations%residual(ode, merge(t_new, t + c(i)*h, i == 3), self%state, self%rate, self%z_stage(:, i), &
                                          self%r(:, i), info)
             if (info /= rhs_ok) return
             self%integrand(i) = ode%integrand
          end do
-         ! Residuals in the modes of d, then the corrections back in the stages.
-         do j = 1, size(self%work_r)
-            mode = to_modes(:, 1)*self%r(j, 1) + to_modes(:, 2)*self%r(j, 2) + to_modes(:, 3)*self%r(j, 3)
-            self%r_real(j) = mode(1)
-            self%r_complex(j) = cmplx(mode(2), mode(3), wp)
-         end do
-         call self%newton%equations%solve(ode, 1, self%r_real)
-         call self%newton%equations%solve(ode, 2, self%r_complex)
-         change = 0.0_wp
-         do i = 1, 3
-            do j = 1, size(self%work_r)
-               self%work_r(j) = from_modes(i, 1)*real(self%r_real(j), wp) + from_modes(i, 2)*real(self%r_complex(j), wp) + &
-                                from_modes(i, 3)*aimag(self%r_complex(j))
-            end do
-            do j = 1, n
-               self%y_stage(j, i) = self%y_stage(j, i) + self%work_r(j)
-               self%work_y(j) = self%work_r(j)
-               self%state(j) = y(j) + self%y_stage(j, i)
-            end do
-            do j = 1, self%n_z
-               self%z_stage(j, i) = self%z_stage(j, i) + self%work_r(n + j)
-            end do
-            call ode%weigh_error(h, self%work_y)
-            change = change + control%norm(self%work_y, y, self%state)**2
-         end do
-         change = sqrt(change/3.0_wp)
+         call correct(self, ode, control, y, h, 1.0_wp, change)
          call self%newton%judge(change, converged, hopes)
-         if (converged .or. .not. hopes) return
+         if (converged) return
+         if (.not. hopes) exit
       end do
+      ! The last correction is kept to tell by: there is no derivative at the step's end yet.
+      self%ydot_new(:) = self%work_y
+      do i = 1, 3
+         call at_stage(self, y, h, i)
+         call self%newton%draw_round_off(i, self%state, self%rate, self%z_stage(:, i), self%r(:, i))
+      end do
+      call correct(self, ode, control, y, h, 0.0_wp, of_round_off)
+      call self%newton%judge_round_off(change, of_round_off, converged)
+      self%work_y(:) = self%ydot_new
    end subroutine iterate
+
+   !> State and derivative at a stage.
+   pure subroutine at_stage(self, y, h, i)
+      type(radau_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: y(:)
+      real(wp), intent(in) :: h
+      integer, intent(in) :: i
+      integer :: j
+
+      call combine(self%y_stage, d(i, :)/h, self%rate)
+      do j = 1, self%n
+         self%state(j) = y(j) + self%y_stage(j, i)
+      end do
+   end subroutine at_stage
+
+   !> Newton's corrections of the residuals in `r`, and their size in units of the tolerance.
+   subroutine correct(self, ode, control, y, h, share, change)
+      type(radau_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      type(step_control_t), intent(in) :: control
+      real(wp), intent(in), contiguous :: y(:)
+      real(wp), intent(in) :: h
+      !> What of them moves the stages: 1, or 0 to have their size only.
+      real(wp), intent(in) :: share
+      real(wp), intent(out) :: change
+      integer :: i, j, n
+      real(wp) :: mode(3)
+
+      n = self%n
+      ! Residuals in the modes of d, then the corrections back in the stages.
+      do j = 1, size(self%work_r)
+         mode = to_modes(:, 1)*self%r(j, 1) + to_modes(:, 2)*self%r(j, 2) + to_modes(:, 3)*self%r(j, 3)
+         self%r_real(j) = mode(1)
+         self%r_complex(j) = cmplx(mode(2), mode(3), wp)
+      end do
+      call self%newton%equations%solve(ode, 1, self%r_real)
+      call self%newton%equations%solve(ode, 2, self%r_complex)
+      change = 0.0_wp
+      do i = 1, 3
+         do j = 1, size(self%work_r)
+            self%work_r(j) = from_modes(i, 1)*real(self%r_real(j), wp) + from_modes(i, 2)*real(self%r_complex(j), wp) + &
+                             from_modes(i, 3)*aimag(self%r_complex(j))
+         end do
+         do j = 1, n
+            self%y_stage(j, i) = self%y_stage(j, i) + share*self%work_r(j)
+            self%work_y(j) = self%work_r(j)
+            self%state(j) = y(j) + self%y_stage(j, i)
+         end do
+         do j = 1, self%n_z
+            self%z_stage(j, i) = self%z_stage(j, i) + share*self%work_r(n + j)
+         end do
+         call ode%weigh_error(h, self%work_y)
+         change = change + control%norm(self%work_y, y, self%state)**2
+      end do
+      change = sqrt(change/3.0_wp)
+   end subroutine correct
 
    !> The end of the last try is where the next one starts.
    subroutine accept(self)
