@@ -30,6 +30,7 @@ contains
                new_test('steps of the paper, constraint', steps_constraint), &
                new_test('steps of the paper, stiffness', steps_stiffness), &
                new_test('a stiffer control system does not converge', stiffer_control), &
+               new_test('an implicit integrator makes a stiff control system a constraint', implicit_control), &
                new_test('energy without damping and load', energy_is_kept), &
                new_test('the stiffness acts where the constraint does not', stiffness_or_constraint), &
                new_test('a start that is not enforced stays', start_stays), &
@@ -187,6 +188,27 @@ contains
       call fly(data, 'unconstrained', options, 2.0_wp, result, sampler, failure, at)
       call check_below(failure, sampler%worst_phi, 1.0e-6_wp, 'a strict tolerance converges')
    end subroutine stiffer_control
+
+   !> Ten thousand times the stiffness: as many steps as with the constraint, and theta = -K_p beta.
+   subroutine implicit_control(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(helicopter_data_t) :: data
+      type(integration_options_t) :: options
+      type(integration_result_t) :: constrained, stiff
+      type(sampler_t) :: sampler
+      type(state_t) :: at
+
+      ! At the start all is zero, the load too: what tells the size of things is where they go.
+      options = integration_options_t(integrator='radau', rtol=1.0e-6_wp, atol=1.0e-6_wp, first_step=1.0e-3_wp)
+      call fly(data, 'present', options, 2.0_wp, constrained, sampler, failure, at)
+      data%control_frequency = 1050.0_wp
+      at = state_t()
+      call fly(data, 'unconstrained', options, 2.0_wp, stiff, sampler, failure, at)
+      call check_close(failure, real(stiff%steps, wp), real(constrained%steps, wp), 0.1_wp*constrained%steps, 'steps')
+      call check(failure, 10*stiff%jacobians <= stiff%steps, 'few Jacobians')
+      call check(failure, abs(at%v(1)) > 1.0_wp, 'the blade flaps')
+      call check_below(failure, at%x(2) + 0.25_wp*at%x(1), 1.0e-8_wp, 'pitch follows flap')
+   end subroutine implicit_control
 
    subroutine energy_is_kept(failure)
       character(:), allocatable, intent(inout) :: failure
