@@ -6,6 +6,9 @@ module test_radau
                    mechanical_system_t, method_names, method_t, ode_system_t, integrator_t, rhs_ok, rhs_retry, sample_t, simulate, &
                    state_t, &
                    status_not_finite, status_reached_end, trajectory_t, wp
+   use mechanism_runs, only: run_t, run_text
+   use taut_constrained_implicit, only: implicit_form_t
+   use taut_error, only: to_text
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
@@ -47,11 +50,40 @@ contains
                new_test('a spring without its row gives the same motion', spring_without_row), &
                new_test('ringing above the tolerance is resolved', ringing), &
                new_test('damping of an elastic row', damped_row), &
+               new_test('a step of a chain of springs costs the same for each of them', spring_chain), &
                new_test('backwards in time', backwards), &
                new_test('what stops a step is named', named), &
                new_test('options that contradict', contradictions), &
                new_test('a right-hand side that ends', ends)]
    end function collect_radau
+
+   !> Masses on a chain of stiff springs, whatever their number: the band of the matrix is as wide, and as few columns tell K and D.
+   subroutine spring_chain(failure)
+      character(:), allocatable, intent(inout) :: failure
+      integer, parameter :: masses(2) = [10, 200]
+      type(implicit_form_t) :: form
+      type(method_t) :: method
+      type(run_t) :: run
+      character(:), allocatable :: n
+      integer :: i, iterations(2), width(2)
+
+      do i = 1, 2
+         n = to_text(masses(i))
+         call run_text('&mechanism planar = .true. / &gravity /'//new_line('a')// &
+                       '&point_mass name="p#" mass=0.1 position=0.1, 0.0 position_step=0.1, 0.0 repeat='//n//' /'//new_line('a')// &
+                       '&spring name="s0" point_1=0.0, 0.0 body_2="p1" stiffness=1e6 /'//new_line('a')// &
+                       '&spring name="s#" body_1="p#" body_2="p#+1" stiffness=1e6 repeat='//to_text(masses(i) - 1)//' /'// &
+                       new_line('a')//'&integration integrator="radau" t_end=0.1 /'//new_line('a'), 0.1_wp, 1.0e-4_wp, run, failure)
+         if (allocated(failure)) return
+         call form%init(run%model, method)
+         width(i) = form%band%width
+         iterations(i) = run%result%newton_iterations
+         call check(failure, size(form%coupling%column) <= 6*form%n_v, 'a mass is coupled with its neighbors alone')
+         call check(failure, form%coupling%colors <= 8, 'K and D are found by a few differences')
+      end do
+      call check(failure, width(2) <= width(1), 'the band is no wider')
+      call check(failure, iterations(2) <= 2*iterations(1), 'nor is there more to iterate')
+   end subroutine spring_chain
 
    subroutine relaxation_rhs(self, t, y, dydt, info)
       class(relaxation_t), intent(inout) :: self
