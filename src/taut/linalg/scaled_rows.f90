@@ -443,8 +443,11 @@ contains
       type(scaled_rows_t), intent(inout) :: self
       !> Beside others, this is nothing but round-off.
       real(wp), parameter :: nothing = 1.0e-14_wp
-      real(wp) :: beside(size(self%by_group) - 1), scale(size(self%by_group) - 1)
-      integer :: met(size(self%by_group) - 1), g, h, i, k, l, l_own, number
+      !> Less than this part of what is usual is far weaker.
+      real(wp), parameter :: rare = 1.0e-3_wp
+      real(wp), dimension(size(self%by_group) - 1) :: beside, scale, usual
+      integer, allocatable :: others(:)
+      integer :: met(size(self%by_group) - 1), g, i, k, number
 
       self%size_of(:) = 0.0_wp
       do i = 1, self%c
@@ -454,12 +457,39 @@ contains
       end do
       self%size_of(:) = sqrt(self%size_of)
       beside = 0.0_wp
+      usual = 0.0_wp
       do g = 1, size(scale)
+         call compare_with_others()
+         scale(g) = weakest()
+         if (scale(g) < rare) then
+            usual(met(:number)) = beside(met(:number))
+            others = met(:number)
+            beside(others) = 0.0_wp
+            call compare_with_others()
+            if (number > 0) scale(g) = weakest()
+            usual(others) = 0.0_wp
+         end if
+         beside(met(:number)) = 0.0_wp
+         scale(g) = 1.0_wp/scale(g)
+      end do
+      self%column_scale(:) = scale(self%group)
+
+   contains
+
+      !> How strong the group is beside each other one, where it is strongest. Rows say nothing of its unit in which it is far
+      !! weaker than usual, such as that of a force along a rod, whose moment is next to nothing.
+      subroutine compare_with_others()
+         integer :: h, i, k, l, l_own
+
          number = 0
          do k = self%by_group(g), self%by_group(g + 1) - 1
             i = self%row_with(k)
             l_own = self%part_with(k)
             if (.not. self%size_of(l_own) > nothing) cycle
+            do l = self%first_part(i), self%first_part(i + 1) - 1
+               if (self%size_of(l_own) < rare*usual(self%group_of(l))*self%size_of(l)) exit
+            end do
+            if (l < self%first_part(i + 1)) cycle
             do l = self%first_part(i), self%first_part(i + 1) - 1
                if (l == l_own .or. .not. self%size_of(l) > nothing) cycle
                h = self%group_of(l)
@@ -470,11 +500,14 @@ contains
                beside(h) = max(beside(h), self%size_of(l_own)/self%size_of(l))
             end do
          end do
-         scale(g) = 1.0_wp
-         if (number > 0) scale(g) = 1.0_wp/min(1.0_wp, minval(beside(met(:number))))
-         beside(met(:number)) = 0.0_wp
-      end do
-      self%column_scale(:) = scale(self%group)
+      end subroutine compare_with_others
+
+      !> How strong it is beside the one beside which it is weakest; 1 at most.
+      pure real(wp) function weakest()
+         weakest = 1.0_wp
+         if (number > 0) weakest = min(1.0_wp, minval(beside(met(:number))))
+      end function weakest
+
    end subroutine strengthen_groups
 
    !> Groups of one size, in all rows together.
