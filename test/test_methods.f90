@@ -342,7 +342,7 @@ contains
          method = method_t(name='augmented-lagrangian', omega=10.0_wp, mu=0.6_wp, penalty_factor=alpha(i))
          call swing(method, 2.0_wp, swung, failure, rtol=1.0e-9_wp)
          call check_below(failure, maxval(abs([swung%at%x - other%at%x, swung%at%v - other%at%v])), 1.0e-11_wp, 'motion')
-         each(i) = real(swung%ode%projector%iterations, wp)/swung%result%rhs_evaluations
+         each(i) = real(swung%ode%projector%newton%iterations, wp)/swung%result%rhs_evaluations
       end do
       ! Each iteration leaves 1/(1 + alpha) of the violation, and 1e-12 is wanted.
       call check(failure, abs(each(1) - 6.0_wp) <= 0.5_wp .and. abs(each(2) - 3.0_wp) <= 0.5_wp .and. &

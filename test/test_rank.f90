@@ -774,8 +774,8 @@ contains
       t = 0.0_wp
       call integrator%run(ode, t, y, 2.0_wp, result)
       call no_error(failure, result%error)
-      rank = count(ode%projector%keeper%kept)
-      changes = ode%projector%keeper%changes
+      rank = count(ode%projector%linear%keeper%kept)
+      changes = ode%projector%linear%keeper%changes
    end subroutine swing
 
    subroutine dead_point_held(failure)

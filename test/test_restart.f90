@@ -108,7 +108,7 @@ contains
       call check(failure, whole%result%steps == piece%result%steps .and. &
                  whole%result%rejected == piece%result%rejected .and. &
                  whole%result%rhs_evaluations == piece%result%rhs_evaluations .and. &
-                 whole%ode%projector%iterations == piece%ode%projector%iterations .and. &
+                 whole%ode%projector%newton%iterations == piece%ode%projector%newton%iterations .and. &
                  size(whole%result%events) == size(piece%result%events), name//': same counts')
       if (allocated(failure)) return
       if (size(whole%result%events) > 0) &

@@ -278,7 +278,7 @@ contains
          method%solver = solvers(i)
          call projector%init(model, method)
          at = state_t(x=[0.0_wp, 1.0_wp], v=[0.0_wp, 0.0_wp])
-         call projector%linearize(model, at, info, 0.0_wp)
+         call projector%linear%linearize(model, at, info, 0.0_wp)
          call projector%look(model, at)
          at%x(2) = 1.0e-5_wp
          call projector%position(model, at, info)
@@ -286,7 +286,7 @@ contains
          call projector%position_again(model, at, info)
          call check(failure, info == rhs_ok, 'it is not met by '//trim(solvers(i)))
          call check_below(failure, abs(at%x(2)), 1.5e-6_wp, 'the way back by '//trim(solvers(i)))
-         deallocate (projector%onto)
+         deallocate (projector%linear%onto)
       end do
    end subroutine passed_over
 

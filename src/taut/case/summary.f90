@@ -52,7 +52,7 @@ contains
          call fields%add(result%steps)
          call fields%add(result%rejected)
          call fields%add(result%rhs_evaluations)
-         call fields%add(simulation%ode%projector%iterations)
+         call fields%add(simulation%ode%projector%newton%iterations)
          call fields%add(result%jacobians)
          call fields%add(result%factorizations)
          call fields%add(result%newton_iterations)

@@ -72,13 +72,13 @@ contains
       in_mass = method
       in_mass%weight = 'mass'
       call projector%init(model, in_mass, held)
-      call projector%linearize(model, at, info, 0.0_wp)
+      call projector%linear%linearize(model, at, info, 0.0_wp)
       if (info /= rhs_ok) then
          call projector%explain(model, self%why)
          return
       end if
       kept(:) = 0.0_wp
-      if (present(rates_before)) call projector%a%multiply(at%v, kept, rates_before)
+      if (present(rates_before)) call projector%linear%a%multiply(at%v, kept, rates_before)
       before(:) = at%v
       call projector%velocity(model, at, -kept)
       call m%init(model%mass_blocks)
@@ -86,10 +86,10 @@ contains
       call m%multiply(0.5_wp*(before + at%v), momentum)
       self%energy = dot_product(at%v - before, momentum)
       allocate (self%impulse, source=projector%mu)
-      call projector%a%multiply(at%v, kept)
-      call projector%a%multiply(before, change, kept)
-      call projector%completion%add_rates(-change, self%impulse)
-      call projector%onto%minimum_norm(self%impulse)
+      call projector%linear%a%multiply(at%v, kept)
+      call projector%linear%a%multiply(before, change, kept)
+      call projector%linear%completion%add_rates(-change, self%impulse)
+      call projector%linear%onto%minimum_norm(self%impulse)
    end subroutine strike
 
    !> Before another motion.

@@ -71,12 +71,12 @@ contains
       integer :: found, i, j, n
 
       n = model%n
-      self%m = n - projector%onto%rank
+      self%m = n - projector%linear%onto%rank
       associate (free => self%free, gram => self%gram, scale => self%scale, b => self%b, m => self%m)
          free(:, :) = 0.0_wp
          do j = 1, n
             free(j, j) = 1.0_wp
-            call projector%divide_by_weight(free(:, j))
+            call projector%linear%divide_by_weight(free(:, j))
             scale(j) = 1.0_wp/sqrt(free(j, j))
             call projector%filter_velocity(model, free(:, j))
          end do
@@ -137,7 +137,7 @@ contains
 
       do j = 1, self%m
          self%q(:, j) = self%b(:, j)
-         call projector%divide_by_weight(self%q(:, j))
+         call projector%linear%divide_by_weight(self%q(:, j))
          call projector%filter_velocity(model, self%q(:, j))
          do i = 1, j
             self%g(j, i) = dot_product(self%b(:, j), self%q(:, i))

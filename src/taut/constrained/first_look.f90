@@ -5,7 +5,7 @@ module taut_constrained_first_look
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_method_options, only: method_t
-   use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian
+   use taut_constrained_jacobian, only: evaluate_jacobian, lay_out_jacobian
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_verify, only: finding_t, shaken, verify

@@ -11,7 +11,7 @@ module taut_constrained_implicit
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
    use taut_constrained_method_options, only: method_t
-   use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian
+   use taut_constrained_jacobian, only: evaluate_jacobian, lay_out_jacobian
    use taut_constrained_reactions, only: power_of_reactions
    use taut_constrained_saddle_point, only: saddle_point_t
    use taut_constrained_system, only: mechanical_system_t, state_t
@@ -141,7 +141,7 @@ contains
          ! W is that of the linearization: mu vanishes in the limit, whatever its metric.
          self%part_v(:) = 0.0_wp
          call self%a%subtract_transposed(z(c + 1:2*c), self%part_v)
-         call self%projector%divide_by_weight(self%part_v)
+         call self%projector%linear%divide_by_weight(self%part_v)
          self%part_v(:) = at%v + self%part_v
          call self%model%x_rate(at, self%part_v, self%part_x)
          r(:n_x) = ydot(:n_x) - self%part_x
@@ -338,9 +338,9 @@ contains
       ! On the constraints, where redundant rows are seen to be.
       call self%projector%position(self%model, self%at, info)
       if (info /= rhs_ok) return
-      call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+      call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
-      call self%projector%kept_rows(self%independent)
+      call self%projector%linear%kept_rows(self%independent)
       self%kept(:) = self%independent
       call momentum(self, self%at, ydot(n_x + 1:n_x + n), z)
       if (self%n_e > 0) self%b_here%values(:) = self%b%values
@@ -450,7 +450,7 @@ contains
       call self%model%normalize(self%stage%x)
       call evaluate_jacobian(self%model, self%stage, self%a)
       self%kept(:) = self%independent
-      call self%projector%leave_out(self%a, self%kept, info)
+      call self%projector%linear%leave_out(self%a, self%kept, info)
       self%held(:) = self%independent .and. .not. self%kept
       yields = any(self%held)
       self%holding = yields
@@ -476,7 +476,7 @@ contains
       self%stage%x(:) = y(:n_x)
       self%stage%v(:) = y(n_x + 1:n_x + n)
       self%stage%w(:) = y(n_x + n + 1:)
-      associate (yardstick => self%projector%yardstick)
+      associate (yardstick => self%projector%newton%yardstick)
          tolerance = yardstick%tolerance
          call yardstick%allow(tiny(1.0_wp))
          call self%projector%correct(self%model, self%stage, info)
@@ -518,9 +518,9 @@ contains
       self%singular_at = 0
       self%holding = .false.
       call self%model%normalize(self%at%x)
-      call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+      call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
-      call self%projector%kept_rows(self%independent)
+      call self%projector%linear%kept_rows(self%independent)
       self%kept(:) = self%independent
       z(:2*c) = 0.0_wp
       ydot(:) = 0.0_wp
@@ -582,7 +582,7 @@ contains
       n = self%n_v
       self%part_c(:) = merge(lambda, 0.0_wp, self%held)
       self%held_force(:) = 0.0_wp
-      call self%projector%a%subtract_transposed(self%part_c, self%held_force)
+      call self%projector%linear%a%subtract_transposed(self%part_c, self%held_force)
       self%kept(:) = self%independent .and. .not. self%held
       call self%factorize(ode, 1, (1.0_wp, 0.0_wp), info)
       if (info /= rhs_ok) info = rhs_not_solved

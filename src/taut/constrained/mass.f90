@@ -76,7 +76,7 @@ contains
       self%is_weight = same_place .and. method%weight == 'mass'
       self%weight_is_identity = same_place .and. method%weight == 'identity'
       if (.not. self%is_weight) &
-         call choose_solver(method%solver, projector%a, model%c, model%mass_blocks, method%rcond, self%reduced)
+         call choose_solver(method%solver, projector%linear%a, model%c, model%mass_blocks, method%rcond, self%reduced)
    end subroutine init_reduced
 
    !> M at a state, factorized.
@@ -96,7 +96,7 @@ contains
       if (self%is_weight .or. (self%known .and. self%constant .and. .not. self%completion%is_on)) return
       call model%mass(at, self%m)
       if (present(projector)) then
-         call self%completion%factorize(self%m, projector%a, self%bad_row)
+         call self%completion%factorize(self%m, projector%linear%a, self%bad_row)
       else
          call self%m%factorize(self%bad_row)
       end if
@@ -120,8 +120,8 @@ contains
 
       info = rhs_ok
       if (self%is_weight .or. self%uniform > 0.0_wp) return
-      if (self%reduced%revision /= projector%keeper%revision) call projector%keeper%hand_over(self%reduced)
-      call self%reduced%factorize(projector%a, self%m, .false., info)
+      if (self%reduced%revision /= projector%linear%keeper%revision) call projector%linear%keeper%hand_over(self%reduced)
+      call self%reduced%factorize(projector%linear%a, self%m, .false., info)
       if (info /= 0) info = rhs_retry
    end subroutine reduce
 
@@ -151,7 +151,7 @@ contains
       real(wp), intent(inout), contiguous :: a(:)
 
       if (self%is_weight) then
-         call projector%w%solve_vector(f, a)
+         call projector%linear%w%solve_vector(f, a)
       else
          call self%m%solve_vector(f, a)
       end if
@@ -169,7 +169,7 @@ contains
       real(wp), intent(out), contiguous :: f(:)
 
       if (self%is_weight) then
-         call projector%w%multiply(a, f)
+         call projector%linear%w%multiply(a, f)
       else
          call self%m%multiply(a, f)
       end if
@@ -189,7 +189,7 @@ contains
       real(wp), intent(inout), contiguous :: lambda(:)
 
       call find_multipliers(self, projector, b_second, a, lambda)
-      call self%complete(projector, b_second, lambda)
+      if (self%completion%is_on .or. projector%linear%completion%is_on) call self%complete(projector, b_second, lambda)
    end subroutine correct_acceleration
 
    !> The same of what may be a completed M.
@@ -201,14 +201,14 @@ contains
       integer :: i
 
       if (self%uniform > 0.0_wp) then
-         call projector%onto%project(projector%a, b_second, a, self%r, lambda)
+         call projector%linear%onto%project(projector%linear%a, b_second, a, self%r, lambda)
          do i = 1, size(lambda)
             lambda(i) = self%uniform*lambda(i)
          end do
       else if (self%is_weight) then
-         call projector%onto%project(projector%a, b_second, a, self%r, lambda)
+         call projector%linear%onto%project(projector%linear%a, b_second, a, self%r, lambda)
       else
-         call self%reduced%project(projector%a, b_second, a, self%r, lambda)
+         call self%reduced%project(projector%linear%a, b_second, a, self%r, lambda)
       end if
    end subroutine find_multipliers
 
@@ -229,9 +229,9 @@ contains
       real(wp), intent(inout), contiguous :: lambda(:)
 
       call find_multipliers(self, projector, b_second, a, lambda)
-      call projector%a%subtract_transposed(lambda, f)
+      call projector%linear%a%subtract_transposed(lambda, f)
       call self%accelerate(projector, f, a)
-      call self%complete(projector, b_second, lambda)
+      if (self%completion%is_on .or. projector%linear%completion%is_on) call self%complete(projector, b_second, lambda)
    end subroutine correct_force
 
    !> Multipliers of the equations as they are given, where a singular M was completed.
@@ -246,7 +246,7 @@ contains
       real(wp), intent(inout), contiguous :: lambda(:)
 
       if (self%is_weight) then
-         call projector%completion%add_rates(b_second, lambda)
+         call projector%linear%completion%add_rates(b_second, lambda)
       else
          call self%completion%add_rates(b_second, lambda)
       end if
@@ -262,7 +262,7 @@ contains
       real(wp), intent(inout), contiguous :: lambda(:)
 
       if (self%is_weight .or. self%uniform > 0.0_wp) then
-         call projector%onto%minimum_norm(lambda)
+         call projector%linear%onto%minimum_norm(lambda)
       else
          call self%reduced%minimum_norm(lambda)
       end if

@@ -407,7 +407,7 @@ contains
       real(wp), intent(inout), contiguous :: mu(:)
 
       mu(:) = self%projector%mu
-      call self%projector%onto%minimum_norm(mu)
+      call self%projector%linear%onto%minimum_norm(mu)
    end subroutine velocity_multipliers
 
    !> Brings coordinates that are redundant by themselves back to their manifold: every right-hand side does so first, so
@@ -484,7 +484,7 @@ contains
 
       self%integrand = self%model%power(self%at) - dot_product(self%lambda, b_prime)
       if (self%model%reactive) self%integrand = self%integrand + power_of_reactions(self%model, self%at, self%lambda)
-      self%integral_counts = self%projector%onto%rank >= self%model%n
+      self%integral_counts = self%projector%linear%onto%rank >= self%model%n
    end subroutine find_power
 
    !> phi and phidot at the state as it is, with A in place.
@@ -500,7 +500,7 @@ contains
       !> The formulation.
       class(constrained_ode_t), intent(inout) :: self
 
-      self%step_end%phi = self%projector%phi_raw
+      self%step_end%phi = self%projector%newton%phi_raw
       self%step_end%phidot = self%projector%phidot_raw
       self%step_end%mu(:) = self%projector%mu
    end subroutine remember
@@ -541,9 +541,9 @@ contains
       logical, intent(in) :: back
 
       if (back) then
-         self%projector%iterations = count
+         self%projector%newton%iterations = count
       else
-         count = self%projector%iterations
+         count = self%projector%newton%iterations
       end if
    end subroutine recount
 
@@ -568,7 +568,7 @@ contains
       !> Whether there is.
       logical, intent(out) :: bends
 
-      call self%projector%later_corrections(self%at, d, bends)
+      call self%projector%newton%later_corrections(self%at, d, bends)
    end subroutine later_corrections
 
    !> Passes through an archive what is remembered from one step to the next; everything else follows from t and y.
@@ -581,7 +581,7 @@ contains
       call archive%item('phi before projection', self%step_end%phi)
       call archive%item('phidot before projection', self%step_end%phidot)
       call archive%item('mu before projection', self%step_end%mu)
-      call archive%item('projection iterations', self%projector%iterations)
+      call archive%item('projection iterations', self%projector%newton%iterations)
       call archive%item('balances energy', self%has_integral)
       call archive%item('energy at the start', self%integral_scale)
       call archive%item('energy of velocities of 1', self%integral_unit)

@@ -79,9 +79,9 @@ contains
       if (.not. allocated(self%dydt)) &
          allocate (self%dydt(ode%size()), self%lambda(model%c), source=0.0_wp)
       ! Looking does not count as work of the method.
-      iterations = ode%projector%iterations
+      iterations = ode%projector%newton%iterations
       call ode%rhs(t, y, self%dydt, info)
-      ode%projector%iterations = iterations
+      ode%projector%newton%iterations = iterations
       if (info == rhs_ok) then
          call ode%multipliers(self%lambda)
          call model%reaction_event_values(self%at, self%lambda, g)

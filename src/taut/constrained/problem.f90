@@ -144,7 +144,7 @@ contains
          xdot(:) = self%dydt(:n_x)
          if (present(wdot)) wdot(:) = self%dydt(n_x + ode%model%n + 1:)
          force(:) = ode%force
-         if (ode%options%form /= 'force') call ode%projector%a%subtract_transposed(ode%lambda, force)
+         if (ode%options%form /= 'force') call ode%projector%linear%a%subtract_transposed(ode%lambda, force)
       end associate
       call tell(answer, force, info)
    end subroutine balance

@@ -47,7 +47,7 @@ contains
       call method%check(error)
       if (allocated(error)) return
       call projector%init(model, method)
-      call projector%linearize(model, at, info, 0.0_wp)
+      call projector%linear%linearize(model, at, info, 0.0_wp)
       if (info /= 0) then
          call projector%explain(model, why)
          call raise(error, here, why, 'see what the model says of this state')
@@ -61,14 +61,14 @@ contains
                     'correct the masses')
          return
       end if
-      call choose_solver(method%solver, projector%a, model%c, model%mass_blocks, method%rcond, reduced)
-      call projector%keeper%hand_over(reduced)
-      call reduced%factorize(projector%a, m, .false., info)
+      call choose_solver(method%solver, projector%linear%a, model%c, model%mass_blocks, method%rcond, reduced)
+      call projector%linear%keeper%hand_over(reduced)
+      call reduced%factorize(projector%linear%a, m, .false., info)
       allocate (b(model%c))
       call model%velocity_rhs(at, b)
-      call apply(projector%onto, projector%a, b, p_v_matrix, p_v)
+      call apply(projector%linear%onto, projector%linear%a, b, p_v_matrix, p_v)
       call model%acceleration_rhs(at, b)
-      call apply(reduced, projector%a, b, p_a_matrix, p_a)
+      call apply(reduced, projector%linear%a, b, p_a_matrix, p_a)
    end subroutine projection_matrices
 
    !> K^-1 A^T S^+ applied to the columns of A and to b.

@@ -110,7 +110,7 @@ contains
          end do
          if (.not. ieee_is_finite(left)) exit
          ! Where the forces balance each other, multipliers are small differences of what has their round-off.
-         size_of_it = max(size_of_it, round_off*maxval(abs(self%f))/maxval(abs(projector%a%values)))
+         size_of_it = max(size_of_it, round_off*maxval(abs(self%f))/maxval(abs(projector%linear%a%values)))
          if (left <= merge(tolerance, lax, iteration <= patient)*size_of_it) then
             force(:) = self%f
             return

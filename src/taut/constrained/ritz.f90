@@ -5,8 +5,8 @@
 !! is refused, with the residual named, unless the method has `accept_inconsistent`, and then it is reported as violation.
 !!
 !! Shapes over coordinates that are not the integrals of the velocities, such as quaternions, have no meaning; flexible bodies
-!! that turn are modal bodies in a floating frame. Each evaluation makes the full state anew on the heap, for the systems are not
-!! to be written to: a third of the instructions where there are two coordinates, a twelfth where there are ten.
+!! that turn are modal bodies in a floating frame. Each evaluation makes the full state anew, for the systems are not to be
+!! written to.
 module taut_constrained_ritz
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
@@ -119,12 +119,20 @@ contains
       type(state_t), intent(in) :: at
       !> x = x_0 + X q, v = X r.
       type(state_t) :: there
+      integer :: i, j
 
       there%t = at%t
-      allocate (there%x(self%full%n), there%v(self%full%n))
-      there%x(:) = self%x_0 + matmul(self%shapes, at%x)
-      there%v(:) = matmul(self%shapes, at%v)
-      allocate (there%w, source=at%w)
+      allocate (there%x(self%full%n), there%v(self%full%n), source=0.0_wp)
+      ! Small systems are slowed down by what MATMUL prepares.
+      do j = 1, self%n
+         !GCC$ unroll 1
+         do i = 1, self%full%n
+            there%x(i) = there%x(i) + self%shapes(i, j)*at%x(j)
+            there%v(i) = there%v(i) + self%shapes(i, j)*at%v(j)
+         end do
+      end do
+      there%x(:) = self%x_0 + there%x
+      if (self%n_w > 0) allocate (there%w, source=at%w)
    end function full_state
 
    !> X^T K X.

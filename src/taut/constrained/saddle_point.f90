@@ -91,7 +91,7 @@ contains
       ! The saddle-point matrix, unknowns dx, dw, dlambda: the order of the entries is that of `fill`.
       p = nnz + (2*self%n_v + self%n_w)*self%n_w
       do i = 1, self%c
-         p = p + 2*entries_of_row(self%projector%a, i) + 1
+         p = p + 2*entries_of_row(self%projector%linear%a, i) + 1
       end do
       allocate (row(p), col(p))
       do i = 1, self%n_v
@@ -113,9 +113,9 @@ contains
       end do
       l = self%n_v + self%n_w
       do i = 1, self%c
-         do j = 1, entries_of_row(self%projector%a, i)
-            row(p + 1:p + 2) = [l + i, column_of(self%projector%a, i, j)]
-            col(p + 1:p + 2) = [column_of(self%projector%a, i, j), l + i]
+         do j = 1, entries_of_row(self%projector%linear%a, i)
+            row(p + 1:p + 2) = [l + i, column_of(self%projector%linear%a, i, j)]
+            col(p + 1:p + 2) = [column_of(self%projector%linear%a, i, j), l + i]
             p = p + 2
          end do
          p = p + 1
@@ -269,7 +269,7 @@ contains
             if (i == j) self%complex_values(p) = self%second*s + self%complex_values(p)
          end do
       end do
-      associate (a => self%projector%a)
+      associate (a => self%projector%linear%a)
          do i = 1, self%c
             do j = 1, entries_of_row(a, i)
                value = 0.0_wp
@@ -312,7 +312,7 @@ contains
       self%wanted(:self%n_phi) = self%wanted(:self%n_phi) - s*r(n_y + 1:n_y + self%n_phi)
       call meet(self, is_complex, r(n_y + c + 1:n_y + 2*c))
       ! Second: (M s^2 + D s + K) dx - f_w dw + A^T dlambda = -rv + (M s + D) u - B^T C^-1 rsigma, A dx = -rphi.
-      associate (x => self%unknown, a => self%projector%a)
+      associate (x => self%unknown, a => self%projector%linear%a)
          x(:) = (0.0_wp, 0.0_wp)
          x(:n) = -r(n_x + 1:n_x + n)
          call add_product(self%coupling, self%second*s, self%mass, self%d, self%u, x(:n))
@@ -542,7 +542,7 @@ contains
       integer :: i, j, l
 
       associate (n => self%n_v, n_x => self%n_x, n_y => self%n, c => self%c, x => y(:self%n_x), &
-                 v => y(self%n_x + 1:self%n_x + self%n_v), a => self%projector%a)
+                 v => y(self%n_x + 1:self%n_x + self%n_v), a => self%projector%linear%a)
          r(:n_x) = last_place*abs(ydot(:n_x))
          associate (of_v => r(n_x + 1:n_x + n), vdot => ydot(n_x + 1:n_x + n), of_c => r(n_y + c + 1:n_y + 2*c), &
                     of_e => r(n_y + 2*c + 1:))
@@ -559,7 +559,7 @@ contains
                   r(n_x + n + i) = r(n_x + n + i) + last_place*abs(self%g_v(i, j)*v(j))
                end do
             end do
-            call self%projector%yardstick%round_off(x, r(n_y + 1:n_y + self%n_phi))
+            call self%projector%newton%yardstick%round_off(x, r(n_y + 1:n_y + self%n_phi))
             r(n_y + self%n_phi + 1:n_y + c) = 0.0_wp
             do i = 1, c
                of_c(i) = 0.0_wp

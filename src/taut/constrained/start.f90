@@ -98,22 +98,22 @@ contains
       call projector%init(model, patient, held)
       call projector%lay_yardstick(model, at)
       call projector%position(model, at, info)
-      report%phi_given = projector%phi_raw
-      report%phi_left = projector%residual
-      report%iterations = projector%iterations
+      report%phi_given = projector%newton%phi_raw
+      report%phi_left = projector%newton%residual
+      report%iterations = projector%newton%iterations
       if (info == rhs_ok) call projector%check_branch(model, at, info)
-      if (info == rhs_ok) call projector%linearize(model, at, info, 0.0_wp)
+      if (info == rhs_ok) call projector%linear%linearize(model, at, info, 0.0_wp)
       if (info /= rhs_ok) then
          call projector%explain(model, why)
          call raise(error, here, why, 'start closer to the constraints, or correct them')
          return
       end if
-      report%rank = projector%onto%rank
+      report%rank = projector%linear%onto%rank
       if (present(held)) then
          ! What is held is free again when the motion begins.
          call released%init(model, patient)
-         call released%linearize(model, at, info, 0.0_wp)
-         report%rank = released%onto%rank
+         call released%linear%linearize(model, at, info, 0.0_wp)
+         report%rank = released%linear%onto%rank
       end if
       report%freedoms = model%n - report%rank
       call projector%velocity_violation(model, at)

@@ -8,7 +8,7 @@ module taut_constrained_verify
    use taut_constrained_system_tables, only: coordinate_name, name_length, velocity_name
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
    use taut_constrained_completion, only: completion_t
-   use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian
+   use taut_constrained_jacobian, only: evaluate_jacobian, lay_out_jacobian
    use taut_constrained_verify_finding, only: check_set, compare, compare_column, elsewhere, entry_name, finding_t, largest, &
                                               mark_followers, note, scale_of, size_of, take_nearer, unset
    use taut_linalg_block_diagonal, only: block_diagonal_t

@@ -35,6 +35,7 @@ module taut_linalg_block_diagonal
       procedure :: set_diagonal
       procedure :: set_block
       procedure :: set_dense
+      procedure :: decouple
       procedure :: dense
       procedure :: trace
       procedure :: factorize
@@ -157,6 +158,25 @@ contains
          end do
       end do
    end subroutine set_dense
+
+   !> Rows and columns become those of the identity, so that the others have no part in them.
+   pure subroutine decouple(self, chosen)
+      !> The matrix.
+      class(block_diagonal_t), intent(inout) :: self
+      !> Which: (n).
+      logical, intent(in) :: chosen(:)
+      integer :: b, i, j, k
+
+      k = 0
+      do b = 1, size(self%first) - 1
+         do j = self%first(b), self%first(b + 1) - 1
+            do i = self%first(b), self%first(b + 1) - 1
+               k = k + 1
+               if (chosen(i) .or. chosen(j)) self%values(k) = merge(1.0_wp, 0.0_wp, i == j)
+            end do
+         end do
+      end do
+   end subroutine decouple
 
    !> The matrix with all its zeros.
    pure function dense(self) result(k)

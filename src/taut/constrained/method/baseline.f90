@@ -87,16 +87,16 @@ contains
 
       associate (model => self%model, at => self%at, projector => self%projector)
          call model%normalize(at%x)
-         call projector%evaluate(model, at)
+         call projector%linear%evaluate(model, at)
          call self%mass%renew(model, at, info, projector)
          if (info /= rhs_ok) return
          ! The rows of A are those of a state that may violate the constraints.
          noise = 0.0_wp
          if (model%n_phi > 1) then
             call model%constraint(at, self%phi)
-            noise = relative_violation(self%phi, projector%a, at%x)
+            noise = relative_violation(self%phi, projector%linear%a, at%x)
          end if
-         if (.not. projector%keeper%holds) call projector%keeper%decide(projector%a, noise)
+         if (.not. projector%linear%keeper%holds) call projector%linear%keeper%decide(projector%linear%a, noise)
          call self%mass%reduce(projector, info)
       end associate
    end subroutine linearize_here

@@ -100,7 +100,7 @@ contains
       associate (model => self%model, at => self%at, projector => self%projector, vdot => dydt(n_x + 1:last_v))
          call self%unpack(t, y, at)
          call model%normalize(at%x)
-         call projector%evaluate(model, at)
+         call projector%linear%evaluate(model, at)
          call self%mass%renew(model, at, info)
          if (info /= rhs_ok) return
          call model%force(at, self%force)
@@ -110,10 +110,10 @@ contains
             call self%find_violations()
             self%b_second(:) = self%b_second - 2.0_wp*self%options%omega*self%options%mu*self%phidot
             self%b_second(:model%n_phi) = self%b_second(:model%n_phi) - self%options%omega**2*self%phi
-            call projector%a%multiply(vdot, self%left, self%b_second)
+            call projector%linear%a%multiply(vdot, self%left, self%b_second)
             call find_multipliers(self, info)
             if (info /= rhs_ok) return
-            call projector%a%subtract_transposed(self%lambda, self%force)
+            call projector%linear%a%subtract_transposed(self%lambda, self%force)
             call self%mass%accelerate(projector, self%force, vdot)
          end if
          ! As of `penalty`: what the constraints do is work on A v = phidot + b'.
@@ -135,9 +135,9 @@ contains
          self%pick(:) = 0.0_wp
          self%pick(i) = -1.0_wp
          self%u(:) = 0.0_wp
-         call self%projector%a%subtract_transposed(self%pick, self%u)
+         call self%projector%linear%a%subtract_transposed(self%pick, self%u)
          call self%mass%accelerate(self%projector, self%u, self%moved)
-         call self%projector%a%multiply(self%moved, self%s(:, i))
+         call self%projector%linear%a%multiply(self%moved, self%s(:, i))
          self%s(i, i) = self%s(i, i) + 1.0_wp/self%options%penalty_factor
       end do
       info = rhs_retry
@@ -149,7 +149,7 @@ contains
       largest = maxval(abs(self%left))
       wanted = self%options%projection_tolerance*largest
       do iteration = 1, self%most_iterations()
-         self%projector%iterations = self%projector%iterations + 1
+         self%projector%newton%iterations = self%projector%newton%iterations + 1
          call dpotrs('L', c, 1, self%s, c, self%left, c, i)
          self%lambda(:) = self%lambda + self%left
          self%left(:) = self%left/self%options%penalty_factor

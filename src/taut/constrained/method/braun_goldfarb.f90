@@ -57,7 +57,7 @@ contains
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
 
-      call self%projector%factorize(self%model, self%at, info, 0.0_wp)
+      call self%projector%linear%factorize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
       self%phidot(:) = 0.0_wp
       self%phidot(:self%model%n_phi) = self%phi/self%options%dt

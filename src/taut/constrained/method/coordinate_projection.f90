@@ -54,7 +54,7 @@ contains
       if (info /= rhs_ok) return
       call self%pack(self%at, y)
       if (place == inside_step) return
-      stale = place == evaluated_step_end .and. max(self%projector%phi_raw, self%projector%phidot_raw) > self%threshold
+      stale = place == evaluated_step_end .and. max(self%projector%newton%phi_raw, self%projector%phidot_raw) > self%threshold
       call self%remember()
    end subroutine project
 
@@ -67,7 +67,7 @@ contains
       integer :: info, n_x
 
       if (self%threshold >= 0.0_wp) return
-      call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+      call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
       n_x = self%model%n_x
       call self%projector%filter_position(self%model, self%at, error(:n_x))

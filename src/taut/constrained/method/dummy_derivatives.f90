@@ -84,13 +84,13 @@ contains
             call model%constraint(at, self%phi)
             largest = maxval(abs(self%phi))
             if (.not. largest <= huge(1.0_wp)) exit
-            if (iteration == 0) projector%phi_raw = largest
+            if (iteration == 0) projector%newton%phi_raw = largest
             scale = maxval(abs(at%x))
-            if (projector%yardstick%measure(self%phi, at%x) <= self%options%projection_tolerance) return
+            if (projector%newton%yardstick%measure(self%phi, at%x) <= self%options%projection_tolerance) return
             if (iteration == self%options%max_iterations) exit
-            projector%iterations = projector%iterations + 1
-            call projector%evaluate(model, at)
-            call projector%factorize(model, at, info, relative_violation(self%phi, projector%a, at%x))
+            projector%newton%iterations = projector%newton%iterations + 1
+            call projector%linear%evaluate(model, at)
+            call projector%linear%factorize(model, at, info, relative_violation(self%phi, projector%linear%a, at%x))
             if (info == rhs_ok) call self%fit_complement(info)
             if (info /= rhs_ok) return
             self%missing(:) = 0.0_wp

@@ -22,7 +22,7 @@ module taut_constrained_method_embedded_projection
    use taut_archive, only: archive_t
    use taut_error, only: error_t
    use taut_constrained_method_fuhrer_leimkuhler, only: fuhrer_leimkuhler_t
-   use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian
+   use taut_constrained_jacobian, only: evaluate_jacobian, lay_out_jacobian
    use taut_constrained_system, only: state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
@@ -166,7 +166,7 @@ contains
       real(wp), intent(in) :: dt
 
       self%impulse(:) = 0.0_wp
-      call self%projector%a%subtract_transposed(self%eta, self%impulse)
+      call self%projector%linear%a%subtract_transposed(self%eta, self%impulse)
       self%derivative(:) = 0.0_wp
       call add_earlier(self, dt, -2.0_wp/dt)
       call add_earlier(self, 2.0_wp*dt, 0.5_wp/dt)
@@ -249,7 +249,7 @@ contains
       real(wp), intent(out), contiguous :: vdot(:)
 
       self%derivative(:) = self%force
-      call self%projector%a%subtract_transposed(self%lambda, self%derivative)
+      call self%projector%linear%a%subtract_transposed(self%lambda, self%derivative)
       call self%mass%accelerate(self%projector, self%derivative, vdot)
       associate (unused => dydt)
       end associate

@@ -87,7 +87,7 @@ contains
       associate (model => self%model, at => self%at, projector => self%projector)
          call projector%position(model, at, info)
          if (info == rhs_no_projection) call projector%position_again(model, at, info)
-         if (info == rhs_ok) call projector%linearize(model, at, info, 0.0_wp)
+         if (info == rhs_ok) call projector%linear%linearize(model, at, info, 0.0_wp)
          if (info == rhs_ok) call self%mass%renew(model, at, info)
          if (info == rhs_ok) call self%mass%reduce(projector, info)
          if (info /= rhs_ok .or. model%c == 0) return

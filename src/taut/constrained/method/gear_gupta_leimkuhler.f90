@@ -18,7 +18,7 @@ module taut_constrained_method_gear_gupta_leimkuhler
    use taut_error, only: error_t, to_text
    use taut_constrained_implicit, only: implicit_form_t
    use taut_constrained_method_baseline, only: baseline_t
-   use taut_constrained_projection, only: evaluate_jacobian, lay_out_jacobian
+   use taut_constrained_jacobian, only: evaluate_jacobian, lay_out_jacobian
    use taut_constrained_system, only: state_t
    use taut_linalg_csr, only: csr_t
    use taut_ode_system, only: evaluated_step_end, inside_step, rhs_ok, rhs_no_projection, stage_equations_t
@@ -94,7 +94,7 @@ contains
          call self%linearize_here(info)
          if (info /= rhs_ok) return
          call model%force(at, self%force)
-         call self%projector%a%subtract_transposed(self%lambda, self%force)
+         call self%projector%linear%a%subtract_transposed(self%lambda, self%force)
          call self%mass%accelerate(self%projector, self%force, dydt(n_x + 1:last_v))
          if (self%has_integral) then
             call model%velocity_rhs(at, self%phidot)
@@ -134,7 +134,7 @@ contains
          call self%linearize_here(info)
          if (info /= rhs_ok) return
       end if
-      call self%projector%factorize(self%model, self%at, info, 0.0_wp)
+      call self%projector%linear%factorize(self%model, self%at, info, 0.0_wp)
       if (info == rhs_ok) call meet_positions(self, t, weight, y, slope, info)
       if (info == rhs_ok) call meet_velocities(self, weight, y, slope, info)
    end subroutine meet
@@ -159,9 +159,9 @@ contains
          largest = maxval(abs(self%phi))
          if (.not. largest <= huge(1.0_wp)) exit
          if (iteration == 0) self%phi_before = largest
-         if (self%projector%yardstick%measure(self%phi, self%next%x) <= self%options%projection_tolerance) return
+         if (self%projector%newton%yardstick%measure(self%phi, self%next%x) <= self%options%projection_tolerance) return
          if (iteration == self%options%max_iterations) exit
-         self%projector%iterations = self%projector%iterations + 1
+         self%projector%newton%iterations = self%projector%newton%iterations + 1
          self%wanted(:) = 0.0_wp
          self%wanted(:self%model%n_phi) = -self%phi
          self%d(:) = 0.0_wp
@@ -268,7 +268,7 @@ contains
       if (self%model%c == 0) return
       n_x = self%model%n_x
       last_v = n_x + self%model%n
-      call self%projector%factorize(self%model, self%at, info, 0.0_wp)
+      call self%projector%linear%factorize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
       call self%projector%filter_position(self%model, self%at, error(:n_x))
       self%none(:) = 0.0_wp
@@ -285,7 +285,7 @@ contains
 
       allocate (form)
       call form%init(self%model, self%options)
-      form%projector%yardstick = self%projector%yardstick
+      form%projector%newton%yardstick = self%projector%newton%yardstick
       call move_alloc(form, equations)
    end subroutine stage_equations
 

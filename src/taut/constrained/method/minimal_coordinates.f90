@@ -190,7 +190,7 @@ contains
       integer, intent(out) :: info
 
       associate (model => self%model, at => self%at, projector => self%projector)
-         call projector%linearize(model, at, info, 0.0_wp)
+         call projector%linear%linearize(model, at, info, 0.0_wp)
          if (info /= rhs_ok) return
          call self%fit_complement(info)
          if (info /= rhs_ok) return
@@ -281,13 +281,13 @@ contains
       info = rhs_ok
       if (.not. self%is_at(t, y)) then
          call self%unpack(t, y, self%at)
-         call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+         call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
          if (info /= rhs_ok) return
       end if
-      revision = self%projector%keeper%revision
+      revision = self%projector%linear%keeper%revision
       if (self%model%c > 1) call self%projector%look(self%model, self%at)
-      if (self%keeps .or. (self%fit > worn .and. self%projector%keeper%revision == revision)) return
-      call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+      if (self%keeps .or. (self%fit > worn .and. self%projector%linear%keeper%revision == revision)) return
+      call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
       if (info == rhs_ok) call self%complement%choose(self%model, self%projector, self%basis, info)
       if (info /= rhs_ok) return
       replaced = .true.

@@ -55,7 +55,7 @@ contains
       associate (model => self%model, at => self%at, projector => self%projector, lambda => self%lambda)
          call self%unpack(t, y, at)
          call model%normalize(at%x)
-         call projector%evaluate(model, at)
+         call projector%linear%evaluate(model, at)
          call self%find_violations()
          lambda(:) = self%options%damping*self%phidot
          lambda(:model%n_phi) = lambda(:model%n_phi) + self%options%stiffness*self%phi
@@ -64,7 +64,7 @@ contains
             call model%reaction_force(at, lambda, dydt(n_x + 1:last_v))
             self%force(:) = self%force + dydt(n_x + 1:last_v)
          end if
-         call projector%a%subtract_transposed(lambda, self%force)
+         call projector%linear%a%subtract_transposed(lambda, self%force)
          call self%mass%renew(model, at, info)
          if (info /= rhs_ok) return
          call self%mass%accelerate(projector, self%force, dydt(n_x + 1:last_v))

@@ -72,7 +72,7 @@ contains
             call project_x(self, info)
             if (info /= rhs_ok) return
             ! (b) A, with the corrected x
-            call projector%linearize(model, at, info, 0.0_wp)
+            call projector%linear%linearize(model, at, info, 0.0_wp)
             if (info /= rhs_ok) return
             ! (c) b', with the corrected x, and (d) project v, Eq. (11a)
             call projector%velocity(model, at)
@@ -202,7 +202,7 @@ contains
          call self%unpack(t, y, self%at)
          info = rhs_ok
          if (self%projects_stages) call self%projector%position(self%model, self%at, info)
-         if (info == rhs_ok) call self%projector%linearize(self%model, self%at, info, 0.0_wp)
+         if (info == rhs_ok) call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
          if (info /= rhs_ok) return
       end if
       call self%projector%look(self%model, self%at)
@@ -229,7 +229,7 @@ contains
 
       allocate (form)
       call form%init(self%model, self%options)
-      form%projector%yardstick = self%projector%yardstick
+      form%projector%newton%yardstick = self%projector%newton%yardstick
       call move_alloc(form, equations)
    end subroutine stage_equations
 

@@ -13,9 +13,9 @@ contains
       if (.not. allocated(s%mu)) allocate (s%mu(self%model%c), s%lambda(self%model%c), source=0.0_wp)
       associate (model => self%model, projector => self%projector)
          ! Output does not count as work of the method.
-         iterations = projector%iterations
+         iterations = projector%newton%iterations
          call self%rhs(t, y, self%dydt, info)
-         projector%iterations = iterations
+         projector%newton%iterations = iterations
          if (info /= rhs_ok) return
          call self%accelerations(self%dydt, self%vdot)
          call self%multipliers(s%lambda)
@@ -23,14 +23,14 @@ contains
 
          call self%unpack(t, y, self%at)
          self%evaluated = .false.
-         call projector%linearize(model, self%at, info, 0.0_wp)
+         call projector%linear%linearize(model, self%at, info, 0.0_wp)
          if (info /= rhs_ok) return
-         s%rank = projector%onto%rank
+         s%rank = projector%linear%onto%rank
          call self%find_violations()
          s%phi = largest(self%phi)
          s%phidot = largest(self%phidot)
          call model%acceleration_rhs(self%at, self%b_second)
-         call projector%a%multiply(self%vdot, self%phidot, self%b_second)
+         call projector%linear%a%multiply(self%vdot, self%phidot, self%b_second)
          s%phiddot = largest(self%phidot)
          s%energy = model%energy(self%at)
          call model%mass(self%at, self%m)
@@ -44,7 +44,7 @@ contains
             s%phi_raw = self%step_end%phi
             s%phidot_raw = self%step_end%phidot
             s%mu(:) = self%step_end%mu
-            call projector%onto%minimum_norm(s%mu)
+            call projector%linear%onto%minimum_norm(s%mu)
          else
             s%phi_raw = s%phi
             s%phidot_raw = s%phidot
@@ -65,9 +65,9 @@ contains
       known = self%evaluated
       if (known) known = self%is_at(t, y)
       if (.not. known) then
-         iterations = self%projector%iterations
+         iterations = self%projector%newton%iterations
          call self%rhs(t, y, self%dydt, info)
-         self%projector%iterations = iterations
+         self%projector%newton%iterations = iterations
          if (info /= rhs_ok) return
          call self%unpack(t, y, self%at)
       end if

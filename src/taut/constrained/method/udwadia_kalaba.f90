@@ -77,7 +77,7 @@ contains
                  xdot => dydt(:n_x), vdot => dydt(n_x + 1:last_v), wdot => dydt(last_v + 1:))
          call self%unpack(t, y, at)
          call model%normalize(at%x)
-         call projector%evaluate(model, at)
+         call projector%linear%evaluate(model, at)
          call model%acceleration_rhs(at, self%b_second)
          call self%mass%renew(model, at, info)
          if (info == rhs_ok) call renew_root(self, info)
@@ -89,7 +89,7 @@ contains
                self%pick(:) = 0.0_wp
                self%pick(i) = -1.0_wp
                self%u(:) = 0.0_wp
-               call projector%a%subtract_transposed(self%pick, self%u)
+               call projector%linear%a%subtract_transposed(self%pick, self%u)
                call self%root%apply(self%u)
                self%b(i, :) = self%u
                self%left(i) = 1.0_wp/max(norm2(self%u), tiny(1.0_wp))
@@ -101,7 +101,7 @@ contains
             noise = 0.0_wp
             if (model%n_phi > 1) then
                call model%constraint(at, self%phi)
-               noise = relative_violation(self%phi, projector%a, at%x)
+               noise = relative_violation(self%phi, projector%linear%a, at%x)
             end if
             noise = with_noise(rcond_of_root, noise)
             call self%inverse%compute(self%b, self%left, self%right, noise, noise, info)
@@ -109,7 +109,7 @@ contains
                info = rhs_retry
                return
             end if
-            call projector%a%multiply(vdot, self%r, self%b_second)
+            call projector%linear%a%multiply(vdot, self%r, self%b_second)
             do i = 1, model%n
                self%u(i) = -dot_product(inverse(i, :), self%r)
             end do

@@ -38,7 +38,7 @@ contains
       character(:), allocatable :: own
 
       call self%blows%remark(text)
-      associate (changes => self%projector%keeper%changes)
+      associate (changes => self%projector%linear%keeper%changes)
          do i = 1, size(changes, 2)
             if (len(text) > 0) text = text//'; '
             if (i > most_changes) then

@@ -225,9 +225,9 @@ contains
       associate (behind => self%behind, projector => self%projector)
          behind%x(:) = y(:model%n_x)
          behind%v(:) = y(model%n_x + 1:model%n_x + model%n)
-         call projector%keeper%release()
-         call projector%keeper_of_holonomic%release()
-         call projector%linearize(model, behind, info, 0.0_wp)
+         call projector%linear%keeper%release()
+         call projector%linear%keeper_of_holonomic%release()
+         call projector%linear%linearize(model, behind, info, 0.0_wp)
          if (info == rhs_ok) call projector%look(model, behind)
       end associate
    end subroutine decide_rank
@@ -258,7 +258,7 @@ contains
             call look_ahead(self, model, y, h, info)
             if (info /= rhs_ok) return
             call model%force(middle, self%v_next)
-            call self%projector%divide_by_weight(self%v_next)
+            call self%projector%linear%divide_by_weight(self%v_next)
             largest = 0.0_wp
             do i = 1, model%n
                self%a(i) = self%v_next(i)
@@ -301,7 +301,7 @@ contains
          self%d(:) = 0.5_wp*h*middle%v
          call go(middle)
          self%d(:) = h*middle%v
-         call projector%evaluate(model, middle)
+         call projector%linear%evaluate(model, middle)
          if (model%n_phi > 0) then
             behind%t = middle%t
             behind%x(:) = y(:model%n_x)
@@ -311,11 +311,11 @@ contains
             behind%t = t_end
             call model%constraint(behind, self%phi_end)
             self%difference(:) = self%phi_new - self%phi_old
-            call meet_difference(projector%a, self%d, self%difference)
+            call meet_difference(projector%linear%a, self%d, self%difference)
          end if
          call model%velocity_rhs(middle, self%wanted)
          call aim(self, model%n_phi, h)
-         call projector%factorize(model, middle, info, 0.0_wp)
+         call projector%linear%factorize(model, middle, info, 0.0_wp)
       end associate
 
    contains
