@@ -266,8 +266,9 @@ contains
    subroutine find_displacement(self, renew, noise, first, takes_all, info)
       !> The linearization; the displacement is in `d`.
       class(linearization_t), intent(inout) :: self
-      !> Whether S is factorized anew, and the relative error of the rows of A then, as of `factorize`.
+      !> Whether S is factorized anew.
       logical, intent(in) :: renew
+      !> The relative error of the rows of A then, as of `factorize`.
       real(wp), intent(in) :: noise
       !> Whether no displacement went before.
       logical, intent(in) :: first

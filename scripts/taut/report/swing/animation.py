@@ -65,8 +65,8 @@ def swinging(results: Results) -> Iterator[Figure]:
     peaks = [f"peak {abs(run['lambda1']).max():.0f} N"]
     if forces := list(convergence.peaks(results).items())[-2:]:
         # The modal model is rougher than elements, whose peak converges.
-        told = ", ".join(f"{force:.0f} N with {n}" for n, (force, _) in forces)
-        peaks.append(f"finite elements: {told}")
+        with_meshes = ", ".join(f"{force:.0f} N with {n}" for n, (force, _) in forces)
+        peaks.append(f"finite elements: {with_meshes}")
     panel.annotate(
         "; ".join(peaks), (0.01, 0.97), xycoords="axes fraction", va="top", fontsize=9, color=style.GRAY
     )
