@@ -63,6 +63,12 @@ def row(
     )
 
 
+def test_cost_over_size_is_at_an_error_that_most_entrants_reach() -> None:
+    rows = [row("one", 2, 1e-3, 1.0, 1e-4), row("two", 2, 1e-3, 1.0, 1e-7), row("one", 2, 1e-9, 1.0, 1e-6)]
+    assert figures.strictest(rows, (1e-3, 1e-6, 1e-9)) == 1e-6
+    assert figures.strictest(rows[:2], (1e-3, 1e-7)) == 1e-3
+
+
 # References
 
 

@@ -139,6 +139,15 @@ def work_precision(rows: Sequence[Measurement]) -> Figure:
     return figure
 
 
+def strictest(rows: Sequence[Measurement], targets: Sequence[float]) -> float:
+    """Returns the error that most entrants reach; of several the smallest."""
+
+    def reached(target: float) -> int:
+        return len({row.entrant for row in rows if row.reaches(target)})
+
+    return max(sorted(targets), key=reached)
+
+
 def cost_size(rows: Sequence[Measurement]) -> Figure | None:
     """Draws the time of a step against the size for problems of several sizes; without one, nothing."""
     sizes: dict[str, set[int]] = {}
@@ -154,7 +163,7 @@ def cost_size(rows: Sequence[Measurement]) -> Figure | None:
             best = [
                 cheapest(
                     [row for row in mine if row.entrant == entrant and row.size == size],
-                    min(PROBLEMS[name].targets(size)),
+                    strictest([row for row in mine if row.size == size], PROBLEMS[name].targets(size)),
                 ).get(entrant)
                 for size in sorted(sizes[name])
             ]
