@@ -114,6 +114,15 @@ contains
                   disc('right', '0,-0.7,0.5'), 5, &
                   'left, right: one shift along the parallel axes (0, 1, 0) is prevented twice', &
                   'force along, moment across of left, right; unique: force across, moment along')
+      ! What passes through the universal joint's point makes no moment there; what its cross carries turns the second shaft.
+      call expect(shaft('in', '-0.5,0,0', '0,0,0')//shaft('out', '0,0,0', '0.4330127018922193,0.25,0')// &
+                  '&joint name = "hooke", type = "universal", body_1 = "in", body_2 = "out", point = 0,0,0, axis_1 = 0,0,1, '// &
+                  'axis_2 = -0.5,0.8660254037844386,0 /'//lf// &
+                  '&joint name = "first", type = "revolute", body_2 = "in", point = -0.5,0,0, axis = 1,0,0 /'//lf// &
+                  '&joint name = "second", type = "revolute", body_2 = "out", point = 0.4330127018922193,0.25,0, '// &
+                  'axis = 0.8660254037844386,0.5,0 /'//lf, 11, &
+                  'hooke, first, second: three shifts are prevented twice', &
+                  'force along, force across of hooke; unique: moment across')
       call expect('&gravity /'//lf//'&body name = "rod'//rod//'0,0,0, to = 1,0,0 /'//lf//pin('hinge', 'ground', 'rod', '0,0,0')// &
                   '&point_mass name = "road", mass = 1, position = 0,2,0 /'//lf// &
                   '&joint name = "slide", type = "prismatic", body_2 = "road", point = 0,2,0, axis = 1,0,0 /'//lf, 7, &
@@ -122,6 +131,13 @@ contains
                   'of freedom')
 
    contains
+
+      function shaft(name, from, to) result(text)
+         character(*), intent(in) :: name, from, to
+         character(:), allocatable :: text
+
+         text = '&body name = "'//name//'", shape = "cylinder", radius = 0.05, mass = 1, from = '//from//', to = '//to//' /'//lf
+      end function shaft
 
       function disc(name, center) result(text)
          character(*), intent(in) :: name, center

@@ -68,6 +68,8 @@ module taut_model_mechanism_redundancy
 
    !> Parts of null vectors and of what they make that are this much smaller than others are zero.
    real(wp), parameter :: nothing = 1.0e-6_wp
+   !> A difference of two numbers that is this much smaller than they are is none.
+   real(wp), parameter :: round_off = 64.0_wp*epsilon(1.0_wp)
    !> Of more null vectors that hang together directions are not told: the matrices are dense.
    integer, parameter :: most_vectors = 300
    character, parameter :: nl = new_line('a')
@@ -300,13 +302,15 @@ contains
                   lambda%one(it%row(i)) = it%value(i)
                   call model%reaction(at, lambda%one, joint(j), f, m)
                   lambda%one(it%row(i)) = 0.0_wp
+                  ! The moment of a force through the joint's point is a difference of two; what round-off leaves is none.
+                  if (norm2(m) <= round_off*norm2(f)*norm2(model%joints(joint(j))%p_2)) m = 0.0_wp
                   largest = max(largest, [norm2(f), norm2(m)])
                end do
             end do
             lambda%all(it%row) = 0.0_wp
          end associate
       end do
-      where (largest <= 0.0_wp) largest = 1.0_wp
+      where (largest <= 0.0_wp) largest = huge(1.0_wp)
       force = force/largest(1)
       moment = moment/largest(2)
    end subroutine loads_of
