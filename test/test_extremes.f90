@@ -320,6 +320,10 @@ contains
       call no_error(failure, error)
       call recorder%prepare(model, settings, error)
       call check_error(failure, error, 'hinge.force', 'a misspelt column')
+      call prepare_text('&extreme column="rod.wz" name="hinge.force" /', .true.)
+      call prepare_text('&extreme column="hinge.force" from=0.1 /', .true.)
+      call prepare_text('&extreme column="hinge.force" to=0.1 /', .true.)
+      call prepare_text('&extreme column="hinge.force" name="late" from=0.1 / &extreme column="hinge.force" /', .false.)
 
    contains
 
@@ -331,6 +335,24 @@ contains
          call check_error(failure, error, part, text)
          if (allocated(error)) deallocate (error)
       end subroutine read_text
+
+      !> What the summary tells of a joint, over the whole motion, has its name to itself.
+      subroutine prepare_text(text, taken)
+         character(*), intent(in) :: text
+         logical, intent(in) :: taken
+         type(recorder_t) :: one
+
+         if (allocated(error)) deallocate (error)
+         call load(pendulum//text, file, error)
+         call read_mechanism(file, model, start, settings, report, error)
+         call no_error(failure, error)
+         call one%prepare(model, settings, error)
+         if (taken) then
+            call check_error(failure, error, '&extreme|"hinge.force"|another name', text)
+         else
+            call no_error(failure, error)
+         end if
+      end subroutine prepare_text
 
    end subroutine faulty
 

@@ -99,6 +99,9 @@ contains
          self%both(k) = .true.
          do j = 1, size(vectors)
             if (vectors(j)%name == asked(i)%column) call take_vector(self, k, vectors(j)%rows)
+            if (vectors(j)%name == asked(i)%name .and. .not. is_whole(asked(i))) &
+               call raise(error, '&extreme', '"'//asked(i)%name//'" is what the largest over the whole motion is called', &
+                          'give it another name')
          end do
          if (self%vector(1, k) == 0) call find_column(model, vectors, asked(i)%column, self%column(k), error)
          if (allocated(error)) return
@@ -124,6 +127,13 @@ contains
                 self%ends(k), self%x(3, 2, k), self%v(3, 2, k), source=0.0_wp)
       allocate (self%known(k), self%places(2, k), source=0)
    end subroutine init
+
+   !> Whether it is of the column that it is called by, over the whole motion.
+   pure logical function is_whole(asked)
+      type(extreme_t), intent(in) :: asked
+
+      is_whole = asked%name == asked%column .and. asked%from <= -huge(1.0_wp) .and. asked%to >= huge(1.0_wp)
+   end function is_whole
 
    !> Takes the multipliers of a vector.
    pure subroutine take_vector(self, k, rows)
