@@ -234,6 +234,18 @@ BAD = {
         "case.nml:4: &output",
         'did you mean "coil"',
     ),
+    "columns of a spring without a name": (
+        ROD + HINGE + '&spring joint = "hinge", stiffness = 1 /\n&output springs = "all" /\n',
+        "case.nml:4: &output: a spring or damper has no name",
+    ),
+    "columns of a spring with a name that is not fit": (
+        ROD + HINGE + '&spring name = "a,b", joint = "hinge", stiffness = 1 /\n&output springs = "a,b" /\n',
+        'case.nml:4: &output: spring "a,b": its name has a character',
+    ),
+    "columns of a spring and a joint of one name": (
+        ROD + HINGE + '&spring name = "hinge", joint = "hinge", stiffness = 1 /\n&output springs = "all" /\n',
+        'case.nml:4: &output: spring "hinge": the name is taken',
+    ),
     "two functions for one drive": (
         ROD + HINGE.replace("axis = ", 'drive_angle = "g", "h", axis = '),
         'case.nml:2: &joint "hinge"',

@@ -189,6 +189,7 @@ contains
       end if
       if (.not. allocated(builder%error)) return
       call move_alloc(builder%error, error)
+      if (len(error%where) > 0) error%what = error%where//': '//error%what
       call file%locate(file%groups(first_group(file, 'output')), error)
    end subroutine choose_shown
 

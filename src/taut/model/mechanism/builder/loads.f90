@@ -193,6 +193,10 @@ contains
       end if
       do i = 1, size(self%shown_springs)
          if (allocated(self%error)) return
+         if (len_trim(self%springs(self%shown_springs(i))%name) == 0) then
+            call raise(self%error, '', 'a spring or damper has no name', 'give it name = "..."')
+            return
+         end if
          call check_name(self, self%springs(self%shown_springs(i))%name, .true.)
          call locate(self, 'spring', self%springs(self%shown_springs(i))%name)
       end do
