@@ -111,7 +111,8 @@ contains
       text = ''
       if (.not. ieee_is_finite(self%drift)) return
       if (.not. ieee_is_finite(self%work)) then
-         text = 'the energy is not balanced: the system does not state the power of what is not in it'
+         text = 'the energy is not balanced: the system does not state the power of what is not in it; or the integrator '// &
+                'counts no work'
          return
       end if
       limit = self%explained(options, result%steps, result%t - t_start)
