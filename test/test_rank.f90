@@ -364,7 +364,7 @@ contains
          call keeper%decide(a, 0.0_wp)
          undecided = .false.
          ! Of parts that are less slender than that, everything is decided.
-         if (present(tally) .and. m%slender >= 1000) &
+         if (present(tally) .and. m%slender >= 100) &
             undecided = count(keeper%kept) < rank .and. maxval(keeper%selection%distance) > exactly_dependent
          if (.not. undecided) &
             call check(fault, count(keeper%kept) == rank, 'rank '//to_text(count(keeper%kept))//' for '//to_text(rank))
