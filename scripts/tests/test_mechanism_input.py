@@ -224,6 +224,24 @@ BAD = {
         "/dev/zero",
         "cannot be read",
     ),
+    "run-up without a rate": (
+        '&function name = "drive", kind = "run-up", finish = 0.1 /\n' + ROD + HINGE,
+        'case.nml:1: &function "drive"',
+        "a run-up without rate stands still",
+        "give rate",
+    ),
+    "wave without a frequency": (
+        '&function name = "drive", kind = "sine", amplitude = 2 /\n' + ROD + HINGE,
+        'case.nml:1: &function "drive"',
+        "a sine without frequency stands still",
+        "give frequency or omega",
+    ),
+    "entry of another kind": (
+        '&function name = "drive", kind = "run-up", finish = 0.1, rate = 1, amplitude = 2 /\n' + ROD + HINGE,
+        'case.nml:1: &function "drive"',
+        'kind = "run-up" has no use for amplitude',
+        "remove it",
+    ),
     "run-up without an end": (
         '&function name = "drive", kind = "run-up", rate = 3 /\n' + ROD + HINGE,
         'case.nml:1: &function "drive"',

@@ -173,7 +173,7 @@ contains
       meant = trim(nearest_name(name, names))
       if (len(meant) > 0) meant = 'did you mean "'//meant//'"? Or '
       call raise(error, '&extreme', 'there is no column "'//name//'"', &
-                 meant//'take a name from the first line of a result with all columns')
+                 meant//'take a name, but t, from the first line of a result with all columns')
    end subroutine find_column
 
    !> Looks at a step that holds.
