@@ -10,6 +10,9 @@ import pytest
 from conftest import ROOT
 from debian import NoPackageError, install, nothing_to_test
 
+from taut.files import locked
+from taut.programs import BUILDING
+
 EXAMPLE = ROOT / "cases/examples/bead.f90"
 CMAKE = """\
 cmake_minimum_required(VERSION 3.18)
@@ -85,6 +88,20 @@ def test_install_takes_a_prefix_and_one_option(tmp_path: Path) -> None:
         )
         assert ran.returncode == 1
         assert ran.stderr == "install: arguments are: [--static] [PREFIX]\n"
+    ran = subprocess.run([ROOT / "scripts/install", ""], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stderr.count("\n")) == (1, 1) and "PREFIX is empty" in ran.stderr
+
+
+def test_a_full_disk_is_told_and_nothing_stays(small_disk: Path) -> None:
+    (small_disk / "mine").write_text("kept\n", encoding="utf-8")
+    with locked(BUILDING):
+        ran = subprocess.run(
+            [ROOT / "scripts/install", small_disk], capture_output=True, text=True, check=False, timeout=600
+        )
+    assert ran.returncode == 1
+    assert ran.stderr.startswith(f"install: {small_disk} cannot be written, nothing is changed: ")
+    assert ran.stderr.count("\n") == 1 and "No space left" in ran.stderr
+    assert [path.name for path in small_disk.iterdir()] == ["mine"]
 
 
 def test_modules_have_a_folder_of_their_own(installed: Path) -> None:
