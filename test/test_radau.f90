@@ -9,6 +9,8 @@ module test_radau
    use mechanism_runs, only: run_t, run_text
    use taut_constrained_implicit, only: implicit_form_t
    use taut_error, only: to_text
+   use taut_ode_newton, only: newton_t
+   use taut_ode_step_control, only: step_control_t
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
@@ -51,11 +53,33 @@ contains
                new_test('ringing above the tolerance is resolved', ringing), &
                new_test('damping of an elastic row', damped_row), &
                new_test('a step of a chain of springs costs the same for each of them', spring_chain), &
+               new_test('what round-off is taken for', round_off_alone), &
                new_test('backwards in time', backwards), &
                new_test('what stops a step is named', named), &
                new_test('options that contradict', contradictions), &
                new_test('a right-hand side that ends', ends)]
    end function collect_radau
+
+   !> An iteration that stalls has converged if round-off explains it, and if what is left is no more than the root of round-off.
+   subroutine round_off_alone(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(newton_t) :: newton
+      type(step_control_t) :: control
+      logical :: converged
+
+      control%rtol = 1.0e-6_wp
+      call newton%begin(control)
+      call newton%judge_round_off(0.5_wp, 0.5_wp, converged)
+      call check(failure, converged, 'what round-off makes of the matrix')
+      call newton%judge_round_off(0.5_wp, 0.1_wp, converged)
+      call check(failure, .not. converged, 'more than round-off')
+      call newton%judge_round_off(1.0e5_wp, 1.0e5_wp, converged)
+      call check(failure, .not. converged, 'a tenth of the state is no round-off')
+      control%rtol = 1.0e-12_wp
+      call newton%begin(control)
+      call newton%judge_round_off(1.0e3_wp, 1.0e3_wp, converged)
+      call check(failure, converged, 'a billionth of the state, where equations are singular')
+   end subroutine round_off_alone
 
    !> Masses on a chain of stiff springs, whatever their number: the band of the matrix is as wide, and as few columns tell K and D.
    subroutine spring_chain(failure)

@@ -48,6 +48,8 @@ module taut_ode_newton
       !> By how much the iteration is still off after its last correction, in units of that; the step of the factors.
       real(wp), private :: eta = 1.0_wp, h_factors = 0.0_wp
       real(wp), private :: change_before = 0.0_wp, tolerance = 0.0_wp
+      !> The largest correction that round-off is taken for: where equations are singular it is the root of it.
+      real(wp), private :: most_round_off = 1.0_wp
       !> Contraction and eta before this iteration.
       real(wp), private :: contraction_before = 1.0_wp, eta_before = 1.0_wp
       !> Where the Jacobian was built, and where what of it costs little was brought since, if it was, and in this very step.
@@ -315,6 +317,7 @@ contains
       self%contraction_before = self%contraction
       self%eta_before = self%eta
       self%tolerance = max(10.0_wp*epsilon(1.0_wp)/control%rtol, min(3.0e-3_wp, sqrt(control%rtol)))
+      self%most_round_off = max(1.0_wp, sqrt(epsilon(1.0_wp))/control%rtol)
    end subroutine begin
 
    !> After a correction: whether it was the last.
@@ -386,7 +389,8 @@ contains
       !> Signs may fall worse than those that were drawn, by so much.
       real(wp), parameter :: luck = 2.0_wp
 
-      converged = change <= luck*of_round_off
+
+      converged = change <= min(luck*of_round_off, self%most_round_off)
       if (.not. converged) return
       ! How fast it contracts was not to be seen.
       self%contraction = self%contraction_before
