@@ -648,9 +648,9 @@ contains
       integer :: i
 
       do i = 1, size(names)
-         call new_constrained_ode(ode, new_coupler(3000), method_t(name=names(i)), error)
-         call check(failure, allocated(error), trim(names(i))//': 3000 constraints are refused')
-         if (allocated(error)) call check(failure, index(error%line(), '3000 constraints') > 0, error%line())
+         call new_constrained_ode(ode, new_coupler(2001), method_t(name=names(i)), error)
+         call check(failure, allocated(error), trim(names(i))//': 2001 constraints are refused')
+         if (allocated(error)) call check(failure, index(error%line(), '2001 constraints') > 0, error%line())
          if (allocated(error)) deallocate (error)
       end do
    end subroutine too_large

@@ -21,6 +21,17 @@ from taut.programs import BUILDING, release
 
 ROOT = Path(__file__).parents[2]
 
+# Groups of tests, longest first.
+LONGEST = (
+    "test_flang",
+    "cluster",
+    "test_report",
+    "test_swing",
+    "test_sweep_rows",
+    "test_swing_runs",
+    "test_readme",
+)
+
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
@@ -32,10 +43,16 @@ def pytest_configure() -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keeps what shares something slow on one worker: the tests of a file, and all that need a cluster."""
+    """Keeps what shares something slow on one worker: the tests of a file, and all that need a cluster.
+
+    Those that take longest come first, lest one worker is left with them at the end.
+    """
+    groups = {}
     for item in items:
         shared = {"cluster", "slurm"} & set(getattr(item, "fixturenames", ()))
-        item.add_marker(pytest.mark.xdist_group("cluster" if shared else item.path.stem))
+        groups[item] = "cluster" if shared else item.path.stem
+        item.add_marker(pytest.mark.xdist_group(groups[item]))
+    items.sort(key=lambda item: LONGEST.index(groups[item]) if groups[item] in LONGEST else len(LONGEST))
 
 
 @pytest.fixture(scope="session")

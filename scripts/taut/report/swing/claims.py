@@ -1,5 +1,7 @@
 """What the paper says about the swing (Sect. 4.2) and what taut gives: the event and the beam of elements."""
 
+from functools import cache
+
 import numpy as np
 
 from taut.formats import count, listed, number, percent
@@ -169,6 +171,7 @@ def _paths_apart(results: Results) -> dict[str, float]:
     return _paths_of(analysis_0(results, 8), analysis_0(results, 16))
 
 
+@cache
 def _paths_apart_elsewhere() -> dict[str, float]:
     """Returns the same of MBDyn's curves [m]."""
     return _paths_of(reference(2), reference(4))

@@ -1,5 +1,7 @@
 """The swing's dimensions, its markers, and what is measured on a run to compare it with others."""
 
+import math
+
 import numpy as np
 
 from taut.bootstrap import ROOT
@@ -70,10 +72,11 @@ def paths_apart(path: Array, other: Array) -> float:
     length = np.maximum((along**2).sum(axis=1), 1e-300)
     most = 0.0
     for point in path:
-        part = np.clip(((point - start) * along).sum(axis=1) / length, 0.0, 1.0)
-        nearest = start + part[:, None] * along
-        most = max(most, float(np.linalg.norm(point - nearest, axis=1).min()))
-    return most
+        way = point - start
+        part = np.clip(np.einsum("ij,ij->i", way, along) / length, 0.0, 1.0)
+        way -= part[:, None] * along
+        most = max(most, float(np.einsum("ij,ij->i", way, way).min()))
+    return math.sqrt(most)
 
 
 def violations(run: Run, column: str, end: float = np.inf) -> float:
