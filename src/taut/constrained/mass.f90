@@ -18,6 +18,8 @@ module taut_constrained_mass
    !> M, factorized, and M~. Where the projector of the velocities has the same matrices, they are not made again: with W = M, and
    !! with W = I of M = m I, where M~ = m (A W^-1 A^T)^+.
    type :: mass_t
+      !> Whether both are known for good: nothing is left to `renew` and `reduce`.
+      logical :: stays = .false.
       type(block_diagonal_t), private :: m
       type(completion_t), private :: completion
       class(normal_solver_t), allocatable, private :: reduced
@@ -74,6 +76,7 @@ contains
       logical, intent(in) :: same_place
 
       self%is_weight = same_place .and. method%weight == 'mass'
+      self%stays = self%is_weight
       self%weight_is_identity = same_place .and. method%weight == 'identity'
       if (.not. self%is_weight) &
          call choose_solver(method%solver, projector%linear%a, model%c, model%mass_blocks, method%rcond, self%reduced)
@@ -106,6 +109,7 @@ contains
          info = rhs_retry
       else if (self%m%diagonal .and. self%weight_is_identity) then
          if (all(abs(self%m%values - self%m%values(1)) <= 0.0_wp)) self%uniform = self%m%values(1)
+         self%stays = self%uniform > 0.0_wp .and. self%constant .and. .not. self%completion%is_on
       end if
    end subroutine renew
 

@@ -501,7 +501,7 @@ contains
       class(constrained_ode_t), intent(inout) :: self
 
       self%step_end%phi = self%projector%newton%phi_raw
-      self%step_end%phidot = self%projector%phidot_raw
+      self%step_end%phidot = self%projector%phidot_raw()
       self%step_end%mu(:) = self%projector%mu
    end subroutine remember
 

@@ -100,9 +100,9 @@ contains
       real(wp), intent(in), optional :: threshold
       !> Whether the last `linearize` was for this very x; default: no.
       logical, intent(in), optional :: linearized
-      real(wp) :: before, left, left_before, most_plain, noise, reach
+      real(wp) :: left, left_before, length, most_plain, noise, reach, squares
       integer :: iteration
-      logical :: known, plain, renew
+      logical :: known, plain, renew, takes_all
 
       info = rhs_ok
       call model%normalize(at%x)
@@ -111,7 +111,7 @@ contains
       self%corrections = 0
       if (model%n_phi == 0) return
       call linear%evaluate_constraint(model, at)
-      self%residual = largest(linear%phi)
+      call gauge(linear%phi, self%residual, squares)
       if (.not. ieee_is_finite(self%residual)) then
          call give_up(self, linear, not_finite, info)
          return
@@ -120,17 +120,16 @@ contains
       if (present(threshold)) then
          if (self%residual <= threshold) return
       end if
+      if (self%residual <= self%yardstick%sure) return
       renew = .true.
       left_before = 0.0_wp
       known = .false.
       if (present(linearized)) known = linearized
       noise = 0.0_wp
-      if (self%residual <= self%yardstick%sure) return
       ! Coordinates may grow on the way.
       most_plain = 0.5_wp*self%yardstick%plain_up_to
-      plain = all_within(most_plain, at%x)
+      plain = largest_entry(at%x) <= most_plain
       do iteration = 1, self%max_iterations + 1
-         if (self%residual <= self%yardstick%sure) return
          left = self%residual
          if (.not. plain) left = self%yardstick%measure(linear%phi, at%x)
          if (left <= self%yardstick%tolerance) return
@@ -154,8 +153,17 @@ contains
             known = .false.
          end if
          do
-            call find_step(self, linear, renew, noise, at%x, left, reach, info)
-            if (info /= rhs_ok) return
+            call linear%find_displacement(renew, noise, self%corrections == 0, takes_all, info)
+            length = largest_entry(linear%d)
+            if (info /= rhs_ok .or. .not. ieee_is_finite(length)) then
+               call give_up(self, linear, not_finite, info)
+               return
+            end if
+            ! The size of A d: of what is left in phi, what d will change.
+            reach = left
+            if (takes_all) exit
+            call linear%a%multiply(linear%d, self%of_d)
+            reach = self%yardstick%measure(self%of_d, at%x)
             if (.not. (renew .and. noise > 0.0_wp .and. reach < most*left)) exit
             ! The noise may have taken rows that matter for redundant ones.
             noise = 0.0_wp
@@ -165,18 +173,18 @@ contains
                call give_up(self, linear, inconsistent, info)
             return
          end if
-         if (reach >= most*left .and. .not. (plain .and. .not. all_within(never_round_off*most_plain, linear%d))) then
+         if (reach >= most*left .and. .not. (plain .and. length > never_round_off*most_plain)) then
             if (self%yardstick%nothing_moves(linear%d, at%x)) return
          end if
-         before = dot_product(linear%phi, linear%phi)
          if (self%corrections == 1) then
             self%left_some = left > worth_telling*self%yardstick%tolerance
             self%x_first(:) = at%x
          end if
          self%corrections = self%corrections + 1
          left_before = left
-         call move(self, linear, model, at, before, info)
+         call move(self, linear, model, at, squares, info)
          if (info /= rhs_ok) return
+         if (self%residual <= self%yardstick%sure) return
       end do
       call give_up(self, linear, not_converged, info)
    end subroutine position
@@ -212,65 +220,35 @@ contains
       call linear%pass_over(cut)
    end subroutine position_again
 
-   !> d = -W^-1 A^T S^+ phi, Eq. (16), and the size of A d: of what is left in phi, what d will change.
-   subroutine find_step(self, linear, renew, noise, x, left, reach, info)
-      type(newton_t), intent(inout) :: self
-      class(linearization_t), intent(inout) :: linear
-      logical, intent(in) :: renew
-      real(wp), intent(in) :: noise, left
-      real(wp), intent(in), contiguous :: x(:)
-      real(wp), intent(out) :: reach
-      integer, intent(out) :: info
-      logical :: takes_all
-
-      reach = 0.0_wp
-      call linear%find_displacement(renew, noise, self%corrections == 0, takes_all, info)
-      if (info == rhs_ok) info = merge(rhs_ok, rhs_retry, all(ieee_is_finite(linear%d)))
-      if (info /= rhs_ok) then
-         call give_up(self, linear, not_finite, info)
-      else if (takes_all) then
-         reach = left
-      else
-         call linear%a%multiply(linear%d, self%of_d)
-         reach = self%yardstick%measure(self%of_d, x)
-      end if
-   end subroutine find_step
-
-   !> Whether no entry is larger than a bound.
-   pure logical function all_within(bound, values)
-      real(wp), intent(in) :: bound
-      real(wp), intent(in), contiguous :: values(:)
-      integer :: i
-
-      all_within = .false.
-      do i = 1, size(values)
-         if (abs(values(i)) > bound) return
-      end do
-      all_within = .true.
-   end function all_within
-
-   !> Largest absolute entry: of one constraint, that is it.
-   pure real(wp) function largest(phi)
+   !> Size of a violation: its largest entry, and the sum of squares of one that is finite.
+   pure subroutine gauge(phi, largest, squares)
       real(wp), intent(in), contiguous :: phi(:)
+      real(wp), intent(out) :: largest, squares
 
       if (size(phi) == 1) then
          largest = abs(phi(1))
+         squares = huge(1.0_wp)
+         if (ieee_is_finite(largest)) squares = largest**2
       else
          largest = largest_entry(phi)
+         squares = huge(1.0_wp)
+         if (ieee_is_finite(largest)) squares = dot_product(phi, phi)
       end if
-   end function largest
+   end subroutine gauge
 
    !> x := x (+) d, with d halved until phi has become smaller.
-   subroutine move(self, linear, model, at, before, info)
+   subroutine move(self, linear, model, at, squares, info)
       type(newton_t), intent(inout) :: self
       class(linearization_t), intent(inout) :: linear
       class(mechanical_system_t), intent(in) :: model
       type(state_t), intent(inout) :: at
-      real(wp), intent(in) :: before
+      real(wp), intent(inout) :: squares
       integer, intent(out) :: info
       integer :: halving, i
-      real(wp) :: size_of_phi
+      real(wp) :: most_squares
 
+      info = rhs_ok
+      most_squares = squares*no_growth
       !GCC$ unroll 1
       do i = 1, size(at%x)
          self%x_before(i) = at%x(i)
@@ -279,20 +257,13 @@ contains
          call model%displace(linear%d, at%x)
          call model%normalize(at%x)
          call linear%evaluate_constraint(model, at)
-         size_of_phi = largest(linear%phi)
-         if (ieee_is_finite(size_of_phi)) then
-            if (dot_product(linear%phi, linear%phi) <= before*no_growth) then
-               self%residual = size_of_phi
-               info = rhs_ok
-               return
-            end if
-         end if
+         call gauge(linear%phi, self%residual, squares)
+         if (squares <= most_squares) return
          at%x(:) = self%x_before
          linear%d(:) = 0.5_wp*linear%d
       end do
       call linear%evaluate_constraint(model, at)
-      self%residual = largest(linear%phi)
-      info = rhs_ok
+      call gauge(linear%phi, self%residual, squares)
       if (self%residual > self%yardstick%tolerance) call give_up(self, linear, not_converged, info)
    end subroutine move
 

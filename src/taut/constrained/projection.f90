@@ -28,8 +28,8 @@ module taut_constrained_projection
       real(wp), allocatable :: b_prime(:)
       !> Multipliers mu of Eq. (14a) at the last `velocity`: (c).
       real(wp), allocatable :: mu(:)
-      !> Violation of the last velocity that was given to `velocity`, largest entry, before it was corrected.
-      real(wp) :: phidot_raw = 0.0_wp
+      !> Violation of the last velocity that was given to `velocity`, before it was corrected: (c).
+      real(wp), allocatable, private :: phidot(:)
       integer, private :: n_phi = 0
       !> Violations, multipliers that nobody asks for, and what shall be met without motion: (c); a velocity: (n).
       real(wp), allocatable, private :: r(:), normal(:), zero(:), d(:)
@@ -45,6 +45,7 @@ module taut_constrained_projection
       procedure, non_overridable :: violations
       procedure, non_overridable :: velocity
       procedure, non_overridable :: velocity_violation
+      procedure, non_overridable :: phidot_raw
       procedure, non_overridable :: filter_position
       procedure, non_overridable :: filter_velocity
       procedure, non_overridable :: look
@@ -72,9 +73,10 @@ contains
       call self%newton%init(model, method)
       call self%orientation%init(self%linear%a, model%c)
       self%n_phi = model%n_phi
-      if (allocated(self%b_prime)) deallocate (self%b_prime, self%mu, self%r, self%normal, self%zero, self%d)
-      allocate (self%b_prime(model%c), self%mu(model%c), self%r(model%c), self%normal(model%c), self%zero(model%c), &
-                self%d(model%n), source=0.0_wp)
+      if (allocated(self%b_prime)) deallocate (self%b_prime, self%mu, self%phidot, self%r, self%normal, self%zero, &
+                                              self%d)
+      allocate (self%b_prime(model%c), self%mu(model%c), self%phidot(model%c), self%r(model%c), self%normal(model%c), &
+                self%zero(model%c), self%d(model%n), source=0.0_wp)
    end subroutine init
 
    !> Finds out how large the system is where its motion starts, and so when its constraints are met.
@@ -172,7 +174,7 @@ contains
       if (limit >= 0.0_wp) then
          call self%velocity_violation(model, at)
          self%mu(:) = 0.0_wp
-         if (self%phidot_raw <= limit) return
+         if (self%phidot_raw() <= limit) return
       end if
       call self%velocity(model, at)
    end subroutine correct
@@ -205,23 +207,19 @@ contains
       type(state_t), intent(inout) :: at
       !> Added to the violation A v - b', for methods that ask for another rate: (c).
       real(wp), intent(in), optional :: shift(:)
-      integer :: i
 
-      self%phidot_raw = 0.0_wp
       if (model%c == 0) return
       call find_rates(self, model, at)
       if (present(shift)) then
-         do i = 1, model%c
-            self%r(i) = self%b_prime(i) - shift(i)
-         end do
-         call self%linear%onto%project(self%linear%a, self%r, at%v, self%normal, self%mu)
+         self%r(:) = self%b_prime - shift
+         call self%linear%onto%project(self%linear%a, self%r, at%v, self%phidot, self%mu)
+         self%phidot(:) = 0.0_wp
       else
-         call self%linear%onto%project(self%linear%a, self%b_prime, at%v, self%r, self%mu)
-         self%phidot_raw = largest_entry(self%r)
+         call self%linear%onto%project(self%linear%a, self%b_prime, at%v, self%phidot, self%mu)
       end if
    end subroutine velocity
 
-   !> A v - b', after `linearize`: its largest entry is kept in `phidot_raw`.
+   !> A v - b', after `linearize`, as if v was to be corrected.
    subroutine velocity_violation(self, model, at)
       !> The projector.
       class(projector_t), intent(inout) :: self
@@ -230,12 +228,20 @@ contains
       !> Its state.
       type(state_t), intent(in) :: at
 
-      self%phidot_raw = 0.0_wp
       if (model%c == 0) return
       call find_rates(self, model, at)
-      call self%linear%a%multiply(at%v, self%r, self%b_prime)
-      self%phidot_raw = largest_entry(self%r)
+      call self%linear%a%multiply(at%v, self%phidot, self%b_prime)
    end subroutine velocity_violation
+
+   !> Violation of the last velocity that was given to `velocity`, before it was corrected.
+   pure function phidot_raw(self) result(violation)
+      !> The projector.
+      class(projector_t), intent(in) :: self
+      !> Its largest entry; none where another rate was asked for than that of the constraints.
+      real(wp) :: violation
+
+      violation = largest_entry(self%phidot)
+   end function phidot_raw
 
    !> Takes the part normal to the constraints off a small change of x, after `linearize`.
    subroutine filter_position(self, model, at, e)

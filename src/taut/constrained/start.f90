@@ -117,7 +117,7 @@ contains
       end if
       report%freedoms = model%n - report%rank
       call projector%velocity_violation(model, at)
-      report%phidot_given = projector%phidot_raw
+      report%phidot_given = projector%phidot_raw()
       if (report%phidot_given > 0.0_wp) then
          call blow%strike(model, patient, at, info, held)
          if (info /= rhs_ok) then
@@ -128,8 +128,8 @@ contains
          report%impulse(:) = blow%impulse
          call projector%velocity_violation(model, at)
       end if
-      if (projector%phidot_raw > 1.0e-8_wp*max(1.0_wp, report%phidot_given) .and. .not. method%accept_inconsistent) then
-         call raise(error, here, 'the velocity constraints are inconsistent: a violation of '//to_text(projector%phidot_raw)// &
+      if (projector%phidot_raw() > 1.0e-8_wp*max(1.0_wp, report%phidot_given) .and. .not. method%accept_inconsistent) then
+         call raise(error, here, 'the velocity constraints are inconsistent: a violation of '//to_text(projector%phidot_raw())// &
                     ' is left', 'correct the constraints or their rates')
          return
       end if

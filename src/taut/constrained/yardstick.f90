@@ -12,7 +12,7 @@ module taut_constrained_yardstick
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_fortran_env, only: int64
    use taut_archive, only: archive_t
-   use taut_kinds, only: wp
+   use taut_kinds, only: last_place, wp
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_csr, only: csr_t
    implicit none (type, external)
@@ -257,15 +257,6 @@ contains
       end if
       value = transfer(odd, value)
    end function largest_entry
-
-   !> The value of a positive number's last bit: `spacing`, without its calls.
-   pure function last_place(value) result(ulp)
-      real(wp), intent(in) :: value
-      real(wp) :: ulp
-      integer(int64), parameter :: mantissa = 2_int64**52 - 1_int64
-
-      ulp = epsilon(1.0_wp)*transfer(iand(transfer(value, mantissa), not(mantissa)), value)
-   end function last_place
 
    !> How far the rows of A may be from those on the manifold: the distance to it, relative to the size of the coordinates.
    pure function relative_violation(phi, a, x) result(value)

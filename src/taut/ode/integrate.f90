@@ -2,7 +2,7 @@
 module taut_ode_integrate
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_archive, only: archive_t
-   use taut_kinds, only: wp
+   use taut_kinds, only: last_place, wp
    use taut_error, only: error_t, raise, to_text
    use taut_ode_ending, only: fail, give_up, no_progress
    use taut_ode_event, only: events_t
@@ -268,7 +268,7 @@ contains
             end if
             h = step%direction*min(abs(step%h), self%options%max_step)
             ! Near t = 0 round-off is that of the first steps.
-            least = max(self%options%min_step, 10.0_wp*spacing(max(abs(step%t), min(abs(stop_time), 1.0e-3_wp))))
+            least = max(self%options%min_step, 10.0_wp*last_place(max(abs(step%t), min(abs(stop_time), 1.0e-3_wp))))
             lands = abs(h)*1.01_wp >= abs(stop_time - step%t)
             if (.not. step%control%aware_of_projection .and. .not. step%control%fixed) &
                lands = abs(h) >= abs(stop_time - step%t)

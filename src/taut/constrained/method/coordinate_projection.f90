@@ -54,7 +54,7 @@ contains
       if (info /= rhs_ok) return
       call self%pack(self%at, y)
       if (place == inside_step) return
-      stale = place == evaluated_step_end .and. max(self%projector%newton%phi_raw, self%projector%phidot_raw) > self%threshold
+      stale = place == evaluated_step_end .and. max(self%projector%newton%phi_raw, self%projector%phidot_raw()) > self%threshold
       call self%remember()
    end subroutine project
 

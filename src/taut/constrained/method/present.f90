@@ -64,8 +64,7 @@ contains
       n_x = self%model%n_x
       last_v = n_x + self%model%n
       self%evaluated = .false.
-      associate (model => self%model, at => self%at, projector => self%projector, mass => self%mass, &
-                 xdot => dydt(:n_x), vdot => dydt(n_x + 1:last_v), wdot => dydt(last_v + 1:))
+      associate (model => self%model, at => self%at, projector => self%projector, mass => self%mass, vdot => dydt(n_x + 1:last_v))
          if (.not. already_projected(self, t, y)) then
             call self%unpack(t, y, at)
             ! (a) project x on the invariant manifold, Eq. (17)
@@ -80,12 +79,16 @@ contains
          ! (e) b'', with the corrected x and v
          call model%acceleration_rhs(at, self%b_second)
          ! (f) reduced mass matrix, Eq. (20), and unconstrained acceleration M^-1 f, Eq. (21)
-         call mass%renew(model, at, info, projector)
-         if (info == rhs_ok) call mass%reduce(projector, info)
-         if (info /= rhs_ok) return
+         if (.not. mass%stays) then
+            call mass%renew(model, at, info, projector)
+            if (info == rhs_ok) call mass%reduce(projector, info)
+            if (info /= rhs_ok) return
+         end if
          call model%force(at, self%force)
-         if (model%reactive) call self%reactions%add(model, at, mass, projector, self%b_second, self%force, info)
-         if (info /= rhs_ok) return
+         if (model%reactive) then
+            call self%reactions%add(model, at, mass, projector, self%b_second, self%force, info)
+            if (info /= rhs_ok) return
+         end if
          call mass%accelerate(projector, self%force, vdot)
          if (self%corrects_force) then
             ! (g) correct the force, Eq. (19b)
@@ -95,8 +98,8 @@ contains
             call mass%correct_acceleration(projector, self%b_second, vdot, self%lambda)
          end if
          ! (i) the original system, with corrected velocity and acceleration
-         call model%x_rate(at, at%v, xdot)
-         if (model%n_w > 0) call model%w_rate(at, wdot)
+         call model%x_rate(at, at%v, dydt(:n_x))
+         if (model%n_w > 0) call model%w_rate(at, dydt(last_v + 1:))
          if (self%has_integral) call self%find_power(projector%b_prime)
       end associate
       self%evaluated = .true.

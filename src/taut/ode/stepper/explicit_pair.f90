@@ -112,13 +112,25 @@ contains
       real(wp), intent(in) :: y(self%n)
       !> State of the stage: (n).
       real(wp), intent(out) :: y_stage(self%n)
-      real(wp) :: c(at_once)
-      integer :: i, j(at_once), m
+      integer :: i, m
 
-      c(:) = h*self%a(:at_once, stage)
-      j(:) = self%column(:at_once, stage)
-      associate (n => self%n, k => self%k)
-         select case (self%terms(stage))
+      call add_terms(self%n, self%terms(stage), h*self%a(:at_once, stage), self%column(:at_once, stage), self%k, y, y_stage)
+      do m = at_once + 1, self%terms(stage)
+         do i = 1, self%n
+            y_stage(i) = y_stage(i) + (h*self%a(m, stage))*self%k(i, self%column(m, stage))
+         end do
+      end do
+   end subroutine stage_state
+
+   !> y_stage = y + sum_m c_m k_j, j = column_m, of the first terms; coefficients beyond the last one are zero.
+   pure subroutine add_terms(n, terms, c, column, k, y, y_stage)
+      integer, intent(in) :: n, terms, column(at_once)
+      real(wp), intent(in) :: c(at_once), k(n, *), y(n)
+      real(wp), intent(out) :: y_stage(n)
+      integer :: i
+
+      associate (j => column)
+         select case (terms)
          case (1)
             do i = 1, n
                y_stage(i) = y(i) + c(1)*k(i, j(1))
@@ -140,19 +152,13 @@ contains
                y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)) + c(5)*k(i, j(5)))
             end do
          case default
-            ! Coefficients beyond the last term are zero.
             do i = 1, n
                y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)) + &
                                     c(5)*k(i, j(5)) + c(6)*k(i, j(6)))
             end do
-            do m = at_once + 1, self%terms(stage)
-               do i = 1, n
-                  y_stage(i) = y_stage(i) + (h*self%a(m, stage))*k(i, self%column(m, stage))
-               end do
-            end do
          end select
       end associate
-   end subroutine stage_state
+   end subroutine add_terms
 
    !> The derivative at a start.
    subroutine start(self, ode, t, y, info)
