@@ -48,6 +48,8 @@ module taut_linalg_row_elimination
       real(wp) :: smallest_pivot = 0.0_wp
       !> The order in which rows come, and the place of each: (c).
       integer, allocatable :: order(:), place(:)
+      !> The entries of B column by column, as `rows` lists them, but in that order: the place of the row of each, and where it is.
+      integer, allocatable, private :: place_of(:), entry_of(:)
       !> The null vector that was found last, by places.
       type(sparse_vector_t) :: v
       !> Of rows that are left out: whether the null vector asks for no exchange, and where it is not zero: (c).
@@ -99,6 +101,7 @@ contains
       do i = 1, c
          self%place(self%order(i)) = i
       end do
+      call list_in_order(self)
       if (.not. a%full) call list_below(self, neighbor_first, neighbor, row, below)
       call self%factor%init(c, row, below)
       allocate (self%kept(c), source=.true.)
@@ -154,6 +157,26 @@ contains
       order(placed + 1:) = other(sub_order)
    end subroutine find_order
 
+   !> The entries of B column by column in the order in which their rows come.
+   subroutine list_in_order(self)
+      class(row_elimination_t), intent(inout) :: self
+      integer, allocatable :: next(:)
+      integer :: j, k, p
+
+      associate (rows => self%rows)
+         allocate (self%place_of(size(rows%column)), self%entry_of(size(rows%column)), source=0)
+         allocate (next, source=rows%by_column)
+         do p = 1, self%c
+            do k = rows%first(self%order(p)), rows%first(self%order(p) + 1) - 1
+               j = rows%column(k)
+               self%place_of(next(j)) = p
+               self%entry_of(next(j)) = k
+               next(j) = next(j) + 1
+            end do
+         end do
+      end associate
+   end subroutine list_in_order
+
    !> The entries of S below the diagonal, as places of the ordering, row by row.
    subroutine list_below(self, neighbor_first, neighbor, row, below)
       type(row_elimination_t), intent(in) :: self
@@ -196,8 +219,9 @@ contains
             ! Row p of S: what row p has in common with those before it.
             do k = rows%first(row), rows%first(row + 1) - 1
                do l = rows%by_column(rows%column(k)), rows%by_column(rows%column(k) + 1) - 1
-                  i = self%place(rows%row_of(l))
-                  if (i < p) self%y(i) = self%y(i) + rows%b(k)*rows%b(rows%entry_of(l))
+                  i = self%place_of(l)
+                  if (i >= p) exit
+                  self%y(i) = self%y(i) + rows%b(k)*rows%b(self%entry_of(l))
                end do
             end do
             if (self%rest%number > 0) self%dense_row(rows%column(rows%first(row):rows%first(row + 1) - 1)) = &

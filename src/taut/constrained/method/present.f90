@@ -63,6 +63,7 @@ contains
 
       n_x = self%model%n_x
       last_v = n_x + self%model%n
+      info = rhs_ok
       self%evaluated = .false.
       associate (model => self%model, at => self%at, projector => self%projector, mass => self%mass, vdot => dydt(n_x + 1:last_v))
          if (.not. already_projected(self, t, y)) then
