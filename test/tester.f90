@@ -23,6 +23,7 @@ program tester
    use test_generalized_alpha, only: collect_generalized_alpha
    use test_history, only: collect_history
    use test_jet, only: collect_jet
+   use test_kinds, only: collect_kinds
    use test_helicopter_motion, only: collect_helicopter_motion
    use test_pendulum, only: collect_pendulum
    use test_ode, only: collect_ode
@@ -77,6 +78,7 @@ program tester
 
    only = ''
    if (command_argument_count() > 0) call get_command_argument(1, only)
+   call run_suite('kinds', collect_kinds(), trim(only), outcome)
    call run_suite('linalg', collect_linalg(), trim(only), outcome)
    call run_suite('weighted projection', collect_normal_solver(), trim(only), outcome)
    call run_suite('structure', collect_structure(), trim(only), outcome)

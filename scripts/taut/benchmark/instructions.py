@@ -216,7 +216,6 @@ def main() -> int:
             for name in arguments.runs or RUNS:
                 output = Path(folder) / f"{name}.callgrind"
                 short = RUNS[name]
-                counts[name] = count(release(short.app), short.arguments(Path(folder)), output, short.counted)
                 given = short.arguments(Path(folder))
                 counts[name] = count(release(short.app), given, output, short.counted)
                 if arguments.profile:

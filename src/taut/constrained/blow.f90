@@ -80,7 +80,7 @@ contains
       kept(:) = 0.0_wp
       if (present(rates_before)) call projector%linear%a%multiply(at%v, kept, rates_before)
       before(:) = at%v
-      call projector%velocity(model, at, -kept)
+      call projector%shifted_velocity(model, at, -kept)
       call m%init(model%mass_blocks)
       call model%mass(at, m)
       call m%multiply(0.5_wp*(before + at%v), momentum)

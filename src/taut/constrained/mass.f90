@@ -206,6 +206,7 @@ contains
 
       if (self%uniform > 0.0_wp) then
          call projector%linear%onto%project(projector%linear%a, b_second, a, self%r, lambda)
+         !GCC$ unroll 1
          do i = 1, size(lambda)
             lambda(i) = self%uniform*lambda(i)
          end do

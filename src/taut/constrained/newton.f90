@@ -111,7 +111,7 @@ contains
       self%corrections = 0
       if (model%n_phi == 0) return
       call linear%evaluate_constraint(model, at)
-      call gauge(linear%phi, self%residual, squares)
+      call gauge(model%n_phi, linear%phi, self%residual, squares)
       if (.not. ieee_is_finite(self%residual)) then
          call give_up(self, linear, not_finite, info)
          return
@@ -221,18 +221,22 @@ contains
    end subroutine position_again
 
    !> Size of a violation: its largest entry, and the sum of squares of one that is finite.
-   pure subroutine gauge(phi, largest, squares)
-      real(wp), intent(in), contiguous :: phi(:)
+   pure subroutine gauge(n, phi, largest, squares)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: phi(n)
       real(wp), intent(out) :: largest, squares
 
-      if (size(phi) == 1) then
+      if (n == 1) then
          largest = abs(phi(1))
-         squares = huge(1.0_wp)
-         if (ieee_is_finite(largest)) squares = largest**2
       else
          largest = largest_entry(phi)
-         squares = huge(1.0_wp)
-         if (ieee_is_finite(largest)) squares = dot_product(phi, phi)
+      end if
+      squares = huge(1.0_wp)
+      if (.not. ieee_is_finite(largest)) return
+      if (n == 1) then
+         squares = largest**2
+      else
+         squares = dot_product(phi, phi)
       end if
    end subroutine gauge
 
@@ -245,10 +249,11 @@ contains
       real(wp), intent(inout) :: squares
       integer, intent(out) :: info
       integer :: halving, i
-      real(wp) :: most_squares
+      real(wp) :: largest_before, squares_before
 
       info = rhs_ok
-      most_squares = squares*no_growth
+      largest_before = self%residual
+      squares_before = squares
       !GCC$ unroll 1
       do i = 1, size(at%x)
          self%x_before(i) = at%x(i)
@@ -257,13 +262,14 @@ contains
          call model%displace(linear%d, at%x)
          call model%normalize(at%x)
          call linear%evaluate_constraint(model, at)
-         call gauge(linear%phi, self%residual, squares)
-         if (squares <= most_squares) return
+         call gauge(model%n_phi, linear%phi, self%residual, squares)
+         if (squares <= squares_before*no_growth) return
          at%x(:) = self%x_before
          linear%d(:) = 0.5_wp*linear%d
       end do
       call linear%evaluate_constraint(model, at)
-      call gauge(linear%phi, self%residual, squares)
+      self%residual = largest_before
+      squares = squares_before
       if (self%residual > self%yardstick%tolerance) call give_up(self, linear, not_converged, info)
    end subroutine move
 

@@ -44,6 +44,7 @@ module taut_constrained_projection
       procedure, non_overridable :: correct
       procedure, non_overridable :: violations
       procedure, non_overridable :: velocity
+      procedure, non_overridable :: shifted_velocity
       procedure, non_overridable :: velocity_violation
       procedure, non_overridable :: phidot_raw
       procedure, non_overridable :: filter_position
@@ -198,26 +199,36 @@ contains
    end subroutine violations
 
    !> v := v - W^-1 A^T S^+ (A v - b'), Eq. (11a) and Sect. 3.5 (c), (d), after `linearize`.
-   subroutine velocity(self, model, at, shift)
+   subroutine velocity(self, model, at)
       !> The projector; mu is in `mu`.
       class(projector_t), intent(inout) :: self
       !> The system.
       class(mechanical_system_t), intent(in) :: model
       !> Its state; v is replaced.
       type(state_t), intent(inout) :: at
-      !> Added to the violation A v - b', for methods that ask for another rate: (c).
-      real(wp), intent(in), optional :: shift(:)
 
       if (model%c == 0) return
       call find_rates(self, model, at)
-      if (present(shift)) then
-         self%r(:) = self%b_prime - shift
-         call self%linear%onto%project(self%linear%a, self%r, at%v, self%phidot, self%mu)
-         self%phidot(:) = 0.0_wp
-      else
-         call self%linear%onto%project(self%linear%a, self%b_prime, at%v, self%phidot, self%mu)
-      end if
+      call self%linear%onto%project(self%linear%a, self%b_prime, at%v, self%phidot, self%mu)
    end subroutine velocity
+
+   !> The same towards another rate than that of the constraints.
+   subroutine shifted_velocity(self, model, at, shift)
+      !> The projector; mu is in `mu`.
+      class(projector_t), intent(inout) :: self
+      !> The system.
+      class(mechanical_system_t), intent(in) :: model
+      !> Its state; v is replaced.
+      type(state_t), intent(inout) :: at
+      !> Added to the violation A v - b': (c).
+      real(wp), intent(in), contiguous :: shift(:)
+
+      if (model%c == 0) return
+      call find_rates(self, model, at)
+      self%r(:) = self%b_prime - shift
+      call self%linear%onto%project(self%linear%a, self%r, at%v, self%phidot, self%mu)
+      self%phidot(:) = 0.0_wp
+   end subroutine shifted_velocity
 
    !> A v - b', after `linearize`, as if v was to be corrected.
    subroutine velocity_violation(self, model, at)

@@ -546,7 +546,7 @@ contains
             self%empty(i) = .not. largest > tiny(1.0_wp)
             self%row_scale(i) = 0.0_wp
             ! Entries may be of any size, so that their squares would overflow.
-            if (.not. self%empty(i)) self%row_scale(i) = 1.0_wp/(largest*norm2(row/largest))
+            if (.not. self%empty(i)) self%row_scale(i) = 1.0_wp/(largest*sqrt(sum((row/largest)**2)))
          end associate
       end do
    end subroutine scale_rows

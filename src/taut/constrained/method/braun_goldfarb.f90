@@ -61,7 +61,7 @@ contains
       if (info /= rhs_ok) return
       self%phidot(:) = 0.0_wp
       self%phidot(:self%model%n_phi) = self%phi/self%options%dt
-      call self%projector%velocity(self%model, self%at, self%phidot)
+      call self%projector%shifted_velocity(self%model, self%at, self%phidot)
       call self%model%x_rate(self%at, self%at%v, xdot)
    end subroutine coordinate_rate
 

@@ -123,7 +123,7 @@ contains
       integer, intent(out) :: info
 
       if (self%projects_stages) then
-         call self%projector%position(self%model, self%at, info)
+         call self%projector%newton%position(self%projector%linear, self%model, self%at, info)
          if (info == rhs_no_projection) call self%projector%position_again(self%model, self%at, info)
       else
          info = rhs_ok
