@@ -3,14 +3,17 @@ module test_radau
    use springs, only: new_spring, spring_t
    use systems, only: actuator, bead, driven_pivot, new_compound, new_coupler, new_particle, sleigh, sleigh_in_space
    use taut, only: block_diagonal_t, constrained_ode_t, error_t, integration_options_t, integration_result_t, &
-                   mechanical_system_t, method_names, method_t, ode_system_t, integrator_t, rhs_ok, rhs_retry, sample_t, simulate, &
-                   state_t, &
+                   mechanical_system_t, method_names, method_t, ode_system_t, integrator_t, rhs_cannot, rhs_ok, rhs_retry, &
+                   sample_t, simulate, state_t, &
                    status_not_finite, status_reached_end, trajectory_t, wp
    use mechanism_runs, only: run_t, run_text
    use taut_constrained_implicit, only: implicit_form_t
    use taut_error, only: to_text
+   use taut_linalg_lu_banded, only: banded_lu_t
+   use taut_linalg_lu_choose, only: choose_lu
    use taut_ode_newton, only: newton_t
    use taut_ode_step_control, only: step_control_t
+   use taut_ode_system, only: not_factorized
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use testing, only: check, check_below, check_close, new_test, no_error, test_t
    implicit none (type, external)
@@ -53,6 +56,8 @@ contains
                new_test('ringing above the tolerance is resolved', ringing), &
                new_test('damping of an elastic row', damped_row), &
                new_test('a step of a chain of springs costs the same for each of them', spring_chain), &
+               new_test('a lattice of springs, whose band is wide', lattice), &
+               new_test('a matrix that is too large is told', too_large), &
                new_test('what round-off is taken for', round_off_alone), &
                new_test('backwards in time', backwards), &
                new_test('what stops a step is named', named), &
@@ -100,7 +105,13 @@ contains
                        new_line('a')//'&integration integrator="radau" t_end=0.1 /'//new_line('a'), 0.1_wp, 1.0e-4_wp, run, failure)
          if (allocated(failure)) return
          call form%init(run%model, method)
-         width(i) = form%band%width
+         select type (lu => form%lu)
+         type is (banded_lu_t)
+            width(i) = lu%width
+         class default
+            call check(failure, .false., 'a chain is a band')
+            return
+         end select
          iterations(i) = run%result%newton_iterations
          call check(failure, size(form%coupling%column) <= 6*form%n_v, 'a mass is coupled with its neighbors alone')
          call check(failure, form%coupling%colors <= 8, 'K and D are found by a few differences')
@@ -108,6 +119,75 @@ contains
       call check(failure, width(2) <= width(1), 'the band is no wider')
       call check(failure, iterations(2) <= 2*iterations(1), 'nor is there more to iterate')
    end subroutine spring_chain
+
+   !> A cube of masses on springs moves as explicit steps say: it is factorized by UMFPACK where that is at hand.
+   subroutine lattice(failure)
+      character(:), allocatable, intent(inout) :: failure
+      integer, parameter :: m = 8
+      type(run_t) :: run(2)
+      character(:), allocatable :: text
+      integer :: i, j, k
+
+      text = '&mechanism / &gravity acceleration=1.0, 2.0, -9.81 /'//new_line('a')
+      do k = 1, m
+         do j = 1, m
+            text = text//'&point_mass name="'//line(j, k)//'#" mass=0.1 position=0.1, '//to_text(0.1_wp*j)//', '// &
+                   to_text(-0.1_wp*k)//' position_step=0.1, 0.0, 0.0 repeat='//to_text(m)//' /'//new_line('a')// &
+                   '&spring name="x'//line(j, k)//'#" body_1="'//line(j, k)//'#" body_2="'//line(j, k)//'#+1" stiffness=2e3 '// &
+                   'repeat='//to_text(m - 1)//' /'//new_line('a')
+            if (k == 1) then
+               do i = 1, m
+                  text = text//'&spring name="o'//line(j, i)//'" point_1='//to_text(0.1_wp*i)//', '//to_text(0.1_wp*j)// &
+                         ', 0.0 body_2="'//line(j, k)//to_text(i)//'" stiffness=2e3 /'//new_line('a')
+               end do
+            end if
+            if (j < m) call tie('y', line(j, k), line(j + 1, k))
+            if (k < m) call tie('z', line(j, k), line(j, k + 1))
+         end do
+      end do
+      call run_text(text//'&integration integrator="radau" t_end=0.05 rtol=1e-7 /'//new_line('a'), 0.05_wp, 1.0e-7_wp, run(1), &
+                    failure)
+      call run_text(text//'&integration t_end=0.05 rtol=1e-7 /'//new_line('a'), 0.05_wp, 1.0e-7_wp, run(2), failure)
+      if (allocated(failure)) return
+      call check_below(failure, maxval(abs(run(1)%at%x - run(2)%at%x)), 1.0e-5_wp, 'both motions')
+
+   contains
+
+      function line(j, k) result(name)
+         integer, intent(in) :: j, k
+         character(:), allocatable :: name
+
+         name = 'p'//to_text(j)//'x'//to_text(k)//'x'
+      end function line
+
+      subroutine tie(letter, one, other)
+         character(*), intent(in) :: letter, one, other
+
+         text = text//'&spring name="'//letter//one//'#" body_1="'//one//'#" body_2="'//other//'#" stiffness=2e3 repeat='// &
+                to_text(m)//' /'//new_line('a')
+      end subroutine tie
+
+   end subroutine lattice
+
+   !> Where a band has no room and UMFPACK is not there, that is the reason.
+   subroutine too_large(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(implicit_form_t) :: form
+      type(relaxation_t) :: ode
+      type(method_t) :: method
+      character(:), allocatable :: text
+      integer :: i, info
+      integer, parameter :: many = 40000
+
+      call form%init(new_spring(1.0_wp), method)
+      deallocate (form%lu)
+      call choose_lu(many, [(i, i=1, many), (1, i=2, many), (i, i=2, many)], [(i, i=1, many), (i, i=2, many), (1, i=2, many)], &
+                     form%lu, ['none.so'])
+      call form%factorize(ode, 1, (1.0_wp, 0.0_wp), info)
+      call check(failure, info == rhs_cannot, 'it is not possible')
+      call form%explain(not_factorized, 1, text)
+      call check(failure, index(text, '40000 equations') > 0 .and. index(text, 'libumfpack') > 0, 'what is missing: '//text)
+   end subroutine too_large
 
    subroutine relaxation_rhs(self, t, y, dydt, info)
       class(relaxation_t), intent(inout) :: self

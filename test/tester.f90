@@ -13,6 +13,7 @@ program tester
    use test_case, only: collect_case
    use test_chain, only: collect_chain
    use test_linalg, only: collect_linalg
+   use test_lu, only: collect_lu
    use test_constrained, only: collect_constrained
    use test_helicopter, only: collect_helicopter
    use test_extremes, only: collect_extremes
@@ -80,6 +81,7 @@ program tester
    if (command_argument_count() > 0) call get_command_argument(1, only)
    call run_suite('kinds', collect_kinds(), trim(only), outcome)
    call run_suite('linalg', collect_linalg(), trim(only), outcome)
+   call run_suite('lu', collect_lu(), trim(only), outcome)
    call run_suite('weighted projection', collect_normal_solver(), trim(only), outcome)
    call run_suite('structure', collect_structure(), trim(only), outcome)
    call run_suite('chain', collect_chain(), trim(only), outcome)

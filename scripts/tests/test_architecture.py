@@ -10,7 +10,15 @@ ROOT = Path(__file__).parents[2]
 SOURCES = sorted((ROOT / "src").rglob("*.f90"))
 
 # Rooms from the ground up, and what a module of each may use besides its own room and the ground floor.
-GROUND = {"taut_archive", "taut_kinds", "taut_error", "taut_name_index", "taut_spelling", "taut_version"}
+GROUND = {
+    "taut_archive",
+    "taut_kinds",
+    "taut_error",
+    "taut_name_index",
+    "taut_shared_library",
+    "taut_spelling",
+    "taut_version",
+}
 ROOMS = {
     "linalg": set(),
     "rotation": set(),

@@ -3,7 +3,7 @@
 !! decides for itself.
 module taut_case_blas
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_ptr, c_size_t
-   use taut_case_process, only: procedure_named
+   use taut_shared_library, only: procedure_named
    implicit none (type, external)
    private
    public :: use_one_thread, blas_text

@@ -1,8 +1,8 @@
 !> Numbers as text, in full precision: seventeen significant digits, which read back exactly.
 module taut_case_number
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_procpointer, c_funptr, c_int, c_null_char, c_size_t
-   use taut_case_process, only: procedure_named
    use taut_kinds, only: wp
+   use taut_shared_library, only: procedure_named
    implicit none (type, external)
    private
    public :: number_length, number_printer_t, number_text

@@ -4,7 +4,7 @@ module taut_case_process
                                           c_null_ptr, c_ptr, c_size_t
    implicit none (type, external)
    private
-   public :: start_process, catch_signals, caught_signal, is_terminal, process_id, say, output_is_lost, procedure_named
+   public :: start_process, catch_signals, caught_signal, is_terminal, process_id, say, output_is_lost
 
    !> Signals by their numbers on Linux: Ctrl-C, a request to end, and what batch systems send before the time limit.
    integer(c_int), parameter :: signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15
@@ -64,14 +64,6 @@ module taut_case_process
          implicit none (type, external)
          integer(c_int) :: id
       end function c_getpid
-
-      function c_dlsym(library, name) bind(c, name='dlsym') result(procedure)
-         import :: c_char, c_funptr, c_ptr
-         implicit none (type, external)
-         type(c_ptr), value :: library
-         character(kind=c_char), intent(in) :: name(*)
-         type(c_funptr) :: procedure
-      end function c_dlsym
    end interface
 
 contains
@@ -160,15 +152,5 @@ contains
 
       id = int(c_getpid())
    end function process_id
-
-   !> A procedure of C that the running program may have, looked up by its name, so that programs link without it.
-   function procedure_named(name) result(procedure)
-      !> Its name in C.
-      character(*), intent(in) :: name
-      !> Where it is; null if it is not there.
-      type(c_funptr) :: procedure
-
-      procedure = c_dlsym(c_null_ptr, name//c_null_char)
-   end function procedure_named
 
 end module taut_case_process

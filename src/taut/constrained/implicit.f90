@@ -385,7 +385,11 @@ contains
 
       if (trouble /= not_converged) then
          call self%projector%explain(self%model, text)
-         if (self%singular_at > 0) then
+         if (self%too_large) then
+            text = 'the factors of '//to_text(self%lu%n)//' equations as bands need '// &
+                   to_text(nint(24.0e-9_wp*self%lu%numbers()))//' GB, and UMFPACK, which may need less, is not to be had here '// &
+                   '(Debian has it as libumfpack5 or libumfpack6)'
+         else if (self%singular_at > 0) then
             text = 'the matrix is singular at '//trim(velocity_name(self%model, self%singular_at))// &
                    ', which has neither mass nor stiffness nor a constraint that determines it'
          else if (self%singular_at < 0) then
@@ -542,7 +546,7 @@ contains
       self%g_v(:, :) = 0.0_wp
       self%g_w(:, :) = 0.0_wp
       call self%factorize(ode, 1, (1.0_wp, 0.0_wp), info)
-      if (info /= rhs_ok) info = rhs_not_solved
+      if (info == rhs_retry) info = rhs_not_solved
       if (info /= rhs_ok) return
       self%real_x(:) = 0.0_wp
       self%real_x(:n) = -self%balance
@@ -553,7 +557,7 @@ contains
          end do
       end if
       self%real_b(:) = self%real_x
-      call self%real_factor%solve(self%band, self%real_x)
+      call self%lu%solve(self%real_x)
       z(:c) = self%real_x(n + self%n_w + 1:)
       if (self%model%reactive) call start_reactions(self, z(:c))
       call self%model%x_rate(self%at, self%at%v, ydot(:n_x))
@@ -585,11 +589,11 @@ contains
       call self%projector%linear%a%subtract_transposed(self%part_c, self%held_force)
       self%kept(:) = self%independent .and. .not. self%held
       call self%factorize(ode, 1, (1.0_wp, 0.0_wp), info)
-      if (info /= rhs_ok) info = rhs_not_solved
+      if (info == rhs_retry) info = rhs_not_solved
       if (info /= rhs_ok) return
       self%real_x(:n) = self%held_force
       self%real_x(n + 1:) = 0.0_wp
-      call self%real_factor%solve(self%band, self%real_x)
+      call self%lu%solve(self%real_x)
       call self%m_here%multiply(self%real_x(:n), self%held_force)
    end subroutine find_held_force
 
@@ -609,7 +613,7 @@ contains
          do i = 1, self%n_v
             self%real_x(i) = self%real_x(i) + self%of_reactions(i) - without(i)
          end do
-         call self%real_factor%solve(self%band, self%real_x)
+         call self%lu%solve(self%real_x)
          associate (found => self%real_x(self%n_v + self%n_w + 1:))
             change = maxval(abs(found - lambda))
             lambda(:) = found

@@ -10,7 +10,7 @@ module taut_constrained_orientation
    use taut_archive, only: archive_t
    use taut_error, only: to_text
    use taut_kinds, only: wp
-   use taut_linalg_band_lu, only: band_pattern_t, real_band_lu_t
+   use taut_linalg_lu_banded, only: banded_lu_t
    use taut_linalg_csr, only: csr_t
    implicit none (type, external)
    private
@@ -36,8 +36,7 @@ module taut_constrained_orientation
       real(wp) :: t = 0.0_wp
       !> Times at which the sign changed for good [s].
       real(wp), allocatable :: crossings(:)
-      type(band_pattern_t) :: pattern
-      type(real_band_lu_t) :: factors
+      type(banded_lu_t) :: lu
       real(wp), allocatable :: product(:)
    contains
       procedure :: init
@@ -81,7 +80,7 @@ contains
          end do
          if (pass == 1) allocate (row(entries), column(entries))
       end do
-      call self%pattern%init(c, row, column)
+      call self%lu%init(c, row, column)
       allocate (self%product(entries))
 
    contains
@@ -161,11 +160,11 @@ contains
       turned = .false.
       if (.not. self%known) return
       do k = 1, size(self%product)
-         self%product(k) = dot_of_rows(a, self%before, self%pattern%row(k), self%pattern%column(k), self%kept)
+         self%product(k) = dot_of_rows(a, self%before, self%lu%row(k), self%lu%column(k), self%kept)
       end do
-      call self%factors%factorize(self%pattern, self%product, info)
+      call self%lu%factorize(self%product, info)
       if (info /= 0) return
-      if (.not. self%factors%has_negative_determinant()) return
+      if (.not. self%lu%has_negative_determinant()) return
       if (self%refused == 0) then
          self%refused_from = self%t
          self%refused_to = t

@@ -10,10 +10,11 @@ module taut_constrained_saddle_point
    use taut_constrained_coupling, only: coupling_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
-   use taut_linalg_band_lu, only: band_pattern_t, complex_band_lu_t, real_band_lu_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
-   use taut_ode_system, only: ode_system_t, rhs_ok, rhs_retry, stage_equations_t
+   use taut_linalg_lu, only: lu_t, lu_too_large
+   use taut_linalg_lu_choose, only: choose_lu
+   use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_ok, rhs_retry, stage_equations_t
    implicit none (type, external)
    private
    public :: saddle_point_t
@@ -22,6 +23,8 @@ module taut_constrained_saddle_point
    type, abstract, extends(stage_equations_t) :: saddle_point_t
       !> Velocity, or constraint as a negative number, at which the last matrix was singular; 0 if none was.
       integer :: singular_at = 0
+      !> Whether the last matrix was too large to be factorized.
+      logical :: too_large = .false.
       !> Whether mu is an unknown, so that velocities are on their constraints; else those of holonomic ones are left to the
       !! coordinates (index 3), and the residual of mu is of no account.
       logical :: stabilized = .true.
@@ -45,13 +48,12 @@ module taut_constrained_saddle_point
       real(wp), allocatable :: f_w(:, :), g_x(:, :), g_v(:, :), g_w(:, :)
       !> Strains or forces of the elastic rows; workspace.
       real(wp), allocatable :: strain(:)
-      type(band_pattern_t) :: band
-      type(real_band_lu_t) :: real_factor
+      !> The saddle-point matrix for a real and for a complex number s.
+      class(lu_t), allocatable :: lu
       !> Right-hand side and solution of the real matrix.
       real(wp), allocatable :: real_x(:)
       !> Real and imaginary parts; workspace.
       real(wp), allocatable :: part_x(:), other_x(:), part_v(:), other_v(:), part_c(:), other_c(:), part_e(:), other_e(:)
-      type(complex_band_lu_t), private :: complex_factor
       complex(wp), private :: shift(2) = (0.0_wp, 0.0_wp)
       real(wp), allocatable, private :: real_values(:), mu(:)
       complex(wp), allocatable, private :: complex_values(:), u(:), along(:), across(:), wanted(:), unknown(:)
@@ -122,7 +124,7 @@ contains
          row(p) = l + i
          col(p) = l + i
       end do
-      call self%band%init(l + self%c, row, col)
+      call choose_lu(l + self%c, row, col, self%lu)
       allocate (self%real_values(size(row)), self%real_x(l + self%c), source=0.0_wp)
       allocate (self%complex_values(size(row)), self%unknown(l + self%c), source=(0.0_wp, 0.0_wp))
    end subroutine lay_out
@@ -222,16 +224,16 @@ contains
       integer, intent(in) :: slot
       !> What d/dt is replaced by, s [1/s].
       complex(wp), intent(in) :: shift
-      !> `rhs_ok`, or `rhs_retry` for a singular matrix: see `singular_at`.
+      !> `rhs_ok`; `rhs_retry` for a singular matrix: see `singular_at`; `rhs_cannot` for one that is too large.
       integer, intent(out) :: info
 
       self%shift(slot) = shift
       call fill(self, shift)
       if (slot == 1) then
          self%real_values(:) = real(self%complex_values, wp)
-         call self%real_factor%factorize(self%band, self%real_values, info)
+         call self%lu%factorize(self%real_values, info)
       else
-         call self%complex_factor%factorize(self%band, self%complex_values, info)
+         call self%lu%factorize(self%complex_values, info)
       end if
       call judge(self, info)
       associate (unused_system => ode)
@@ -245,7 +247,8 @@ contains
 
       self%singular_at = max(info, 0)
       if (info > self%n_v) self%singular_at = min(0, self%n_v + self%n_w - info)
-      info = merge(rhs_ok, rhs_retry, info == 0)
+      self%too_large = info == lu_too_large
+      info = merge(rhs_ok, merge(rhs_cannot, rhs_retry, self%too_large), info == 0)
    end subroutine judge
 
    !> The entries of the saddle-point matrix, in the order of `init`.
@@ -332,10 +335,10 @@ contains
             end if
          end do
          if (is_complex) then
-            call self%complex_factor%solve(self%band, x)
+            call self%lu%solve(x)
          else
             self%real_x(:) = real(x, wp)
-            call self%real_factor%solve(self%band, self%real_x)
+            call self%lu%solve(self%real_x)
             x(:) = self%real_x
          end if
          call join(self, s, r(:n_x))

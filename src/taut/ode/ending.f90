@@ -69,8 +69,12 @@ contains
                     'see what the model says of this state')
       case (rhs_cannot)
          result%status = status_rhs_failed
-         call raise(result%error, 'integration', 'the system gives no linearization, which this integrator asks for', &
-                    'choose an explicit integrator, or give the system `linearize`, `factorize` and `solve`')
+         if (len(why) > 0) then
+            call raise(result%error, 'integration', why, 'install it, or choose an explicit integrator')
+         else
+            call raise(result%error, 'integration', 'the system gives no linearization, which this integrator asks for', &
+                       'choose an explicit integrator, or give the system `linearize`, `factorize` and `solve`')
+         end if
       case (rhs_not_solved)
          result%status = status_step_too_small
          if (len(why) > 0) why = ': '//why

@@ -8,8 +8,8 @@ module taut_ode_newton
    use taut_ode_stage_equations, only: plain_equations_t
    use taut_ode_step_control, only: step_control_t
    use taut_ode_stepper, only: work_t
-   use taut_ode_system, only: no_trouble, not_converged, not_factorized, not_linearized, ode_system_t, rhs_not_solved, rhs_ok, &
-                              rhs_retry, stage_equations_t
+   use taut_ode_system, only: no_trouble, not_converged, not_factorized, not_linearized, ode_system_t, rhs_cannot, rhs_not_solved, &
+                              rhs_ok, rhs_retry, stage_equations_t
    implicit none (type, external)
    private
    public :: newton_t, most_iterations, good_contraction
@@ -128,7 +128,7 @@ contains
       integer, intent(out) :: info
 
       call self%equations%start(ode, t, y, first, ydot, z, info)
-      self%trouble = merge(not_factorized, no_trouble, info == rhs_not_solved)
+      self%trouble = merge(not_factorized, no_trouble, info == rhs_not_solved .or. info == rhs_cannot)
       call self%count(work)
       call self%drop()
       self%contraction = 1.0_wp
