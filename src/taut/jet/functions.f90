@@ -84,7 +84,7 @@ contains
       real(wp), intent(in) :: f, f1, f2
       type(jet_t) :: c
 
-      c = jet_t(f, f1*a%dd + f2*a%d1*a%d1, f1*a%d1, f1*a%d2, f1*a%d3, f1*a%d4)
+      c = jet_t(f, f1*a%dd + f2*a%d(1)*a%d(1), f1*a%d)
    end function chained
 
    !> f(a, b), given f and its derivatives.
@@ -93,8 +93,7 @@ contains
       real(wp), intent(in) :: f, fa, fb, faa, fab, fbb
       type(jet_t) :: c
 
-      c = jet_t(f, fa*a%dd + fb*b%dd + faa*a%d1*a%d1 + 2.0_wp*fab*a%d1*b%d1 + fbb*b%d1*b%d1, &
-                fa*a%d1 + fb*b%d1, fa*a%d2 + fb*b%d2, fa*a%d3 + fb*b%d3, fa*a%d4 + fb*b%d4)
+      c = jet_t(f, fa*a%dd + fb*b%dd + faa*a%d(1)*a%d(1) + 2.0_wp*fab*a%d(1)*b%d(1) + fbb*b%d(1)*b%d(1), fa*a%d + fb*b%d)
    end function chained_2
 
    !> 1/z; not a number where z is zero.

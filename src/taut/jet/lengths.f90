@@ -1,10 +1,8 @@
 !> Roots and lengths of jets. At a length of zero only what does not move has derivatives; the others are not numbers.
-!!
-!! Sums and their derivatives are numbers of their own, not components of a jet: so they stay in registers.
 module taut_jet_lengths
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use taut_kinds, only: wp
-   use taut_jet_number, only: jet_t, jet, operator(-)
+   use taut_jet_number, only: directions, jet_t, jet, operator(-)
    implicit none (type, external)
    private
    public :: sqrt, hypot, norm2, distance
@@ -22,7 +20,7 @@ module taut_jet_lengths
    end interface norm2
 
    interface distance
-      module procedure :: distance_jet_jet, distance_jet_real, distance_real_jet
+      module procedure :: distance_jet_jet, distance_jet_real, distance_real_jet, distance_columns
    end interface distance
 
 contains
@@ -33,8 +31,16 @@ contains
       type(jet_t), intent(in) :: a(:)
       type(jet_t) :: c
 
-      c = jet_t(length, unless_zero(sum(abs(a%d1)) + sum(abs(a%dd))), unless_zero(sum(abs(a%d1))), unless_zero(sum(abs(a%d2))), &
-                unless_zero(sum(abs(a%d3))), unless_zero(sum(abs(a%d4))))
+      real(wp) :: d(directions), dd
+      integer :: i
+
+      d = 0.0_wp
+      dd = 0.0_wp
+      do i = 1, size(a)
+         d = d + abs(a(i)%d)
+         dd = dd + abs(a(i)%dd)
+      end do
+      c = jet_t(length, unless_zero(d(1) + dd), unless_zero(d))
    end function vanished
 
    !> Zero where the argument is, else not a number.
@@ -61,7 +67,7 @@ contains
       f = sqrt(a%v)
       if (f > 0.0_wp) then
          r = 0.5_wp/f
-         c = jet_t(f, r*(a%dd - r*a%d1*a%d1/f), r*a%d1, r*a%d2, r*a%d3, r*a%d4)
+         c = jet_t(f, r*(a%dd - r*a%d(1)*a%d(1)/f), r*a%d)
       else
          c = vanished(f, [a])
       end if
@@ -109,98 +115,83 @@ contains
       type(jet_t), intent(in) :: a(:)
       !> sqrt(a . a).
       type(jet_t) :: c
-      real(wp) :: d1, d2, d3, d4, dd, s, z
+      type(jet_t) :: s
       integer :: i
 
-      s = 0.0_wp
-      dd = 0.0_wp
-      d1 = 0.0_wp
-      d2 = 0.0_wp
-      d3 = 0.0_wp
-      d4 = 0.0_wp
+      s = jet_t(0.0_wp, 0.0_wp, 0.0_wp)
       !GCC$ unroll 1
       do i = 1, size(a)
-         z = a(i)%v
-         s = s + z*z
-         dd = dd + a(i)%d1*a(i)%d1 + z*a(i)%dd
-         d1 = d1 + z*a(i)%d1
-         d2 = d2 + z*a(i)%d2
-         d3 = d3 + z*a(i)%d3
-         d4 = d4 + z*a(i)%d4
+         call add_square(a(i)%v, a(i)%dd, a(i)%d, s)
       end do
-      z = sqrt(s)
-      if (z > 0.0_wp) then
-         s = 1.0_wp/z
-         d1 = s*d1
-         c = jet_t(z, s*(dd - d1*d1), d1, s*d2, s*d3, s*d4)
+      if (s%v > 0.0_wp) then
+         c = root(s)
       else
-         c = vanished(z, a)
+         c = vanished(s%v, a)
       end if
    end function norm2_jet
 
    !> Distance of two points, |a - b|.
    pure function distance_jet_jet(a, b) result(c)
       !> A point.
-      type(jet_t), intent(in) :: a(:)
+      type(jet_t), intent(in), contiguous :: a(:)
       !> Another point, of as many coordinates.
-      type(jet_t), intent(in) :: b(:)
+      type(jet_t), intent(in), contiguous :: b(:)
       !> Their distance.
       type(jet_t) :: c
-      real(wp) :: d1, d2, d3, d4, dd, rate, s, z
-      integer :: i
+      type(jet_t) :: only(1)
 
-      if (size(a) == 2) then
-         c = distance_in_plane(a(1), a(2), b(1), b(2))
-         return
-      end if
-      s = 0.0_wp
-      dd = 0.0_wp
-      d1 = 0.0_wp
-      d2 = 0.0_wp
-      d3 = 0.0_wp
-      d4 = 0.0_wp
-      !GCC$ unroll 1
-      do i = 1, size(a)
-         z = a(i)%v - b(i)%v
-         rate = a(i)%d1 - b(i)%d1
-         s = s + z*z
-         dd = dd + rate*rate + z*(a(i)%dd - b(i)%dd)
-         d1 = d1 + z*rate
-         d2 = d2 + z*(a(i)%d2 - b(i)%d2)
-         d3 = d3 + z*(a(i)%d3 - b(i)%d3)
-         d4 = d4 + z*(a(i)%d4 - b(i)%d4)
-      end do
-      z = sqrt(s)
-      if (z > 0.0_wp) then
-         s = 1.0_wp/z
-         d1 = s*d1
-         c = jet_t(z, s*(dd - d1*d1), d1, s*d2, s*d3, s*d4)
-      else
-         c = vanished(z, a - b)
-      end if
+      call measure(size(a), 1, a, b, only)
+      c = only(1)
    end function distance_jet_jet
 
-   !> The same in the plane: without a loop the compiler does two derivatives at a time.
-   pure function distance_in_plane(a1, a2, b1, b2) result(c)
-      type(jet_t), intent(in) :: a1, a2, b1, b2
-      type(jet_t) :: c
-      real(wp) :: d1, r, x, x1, y, y1, z
+   !> Distances of pairs of points, which are columns.
+   pure function distance_columns(a, b) result(c)
+      !> Points.
+      type(jet_t), intent(in), contiguous :: a(:, :)
+      !> As many others, of as many coordinates.
+      type(jet_t), intent(in), contiguous :: b(:, :)
+      !> Distance of each pair.
+      type(jet_t) :: c(size(a, 2))
 
-      x = a1%v - b1%v
-      y = a2%v - b2%v
-      z = sqrt(x*x + y*y)
-      if (z > 0.0_wp) then
-         r = 1.0_wp/z
-         x1 = a1%d1 - b1%d1
-         y1 = a2%d1 - b2%d1
-         d1 = r*(x*x1 + y*y1)
-         c = jet_t(z, r*(x1*x1 + x*(a1%dd - b1%dd) + y1*y1 + y*(a2%dd - b2%dd) - d1*d1), d1, &
-                   r*(x*(a1%d2 - b1%d2) + y*(a2%d2 - b2%d2)), r*(x*(a1%d3 - b1%d3) + y*(a2%d3 - b2%d3)), &
-                   r*(x*(a1%d4 - b1%d4) + y*(a2%d4 - b2%d4)))
-      else
-         c = vanished(z, [a1, a2] - [b1, b2])
+      call measure(size(a, 1), size(a, 2), a, b, c)
+   end function distance_columns
+
+   !> Distances of m pairs of points with n coordinates.
+   pure subroutine measure(n, m, a, b, c)
+      integer, intent(in) :: n, m
+      type(jet_t), intent(in) :: a(n, m), b(n, m)
+      type(jet_t), intent(out) :: c(m)
+      real(wp) :: r, x, x1, y, y1, z, z1
+      integer :: i, k
+
+      if (n /= 2) then
+         do i = 1, m
+            c(i) = norm2_jet(a(:, i) - b(:, i))
+         end do
+         return
       end if
-   end function distance_in_plane
+      !GCC$ unroll 1
+      do i = 1, m
+         x = a(1, i)%v - b(1, i)%v
+         y = a(2, i)%v - b(2, i)%v
+         z = sqrt(x*x + y*y)
+         if (z > 0.0_wp) then
+            r = 1.0_wp/z
+            x1 = a(1, i)%d(1) - b(1, i)%d(1)
+            y1 = a(2, i)%d(1) - b(2, i)%d(1)
+            z1 = r*(x*x1 + y*y1)
+            c(i)%v = z
+            c(i)%dd = r*(x1*x1 + x*(a(1, i)%dd - b(1, i)%dd) + y1*y1 + y*(a(2, i)%dd - b(2, i)%dd) - z1*z1)
+            ! Two at a time.
+            !GCC$ unroll 2
+            do k = 1, directions
+               c(i)%d(k) = r*(x*(a(1, i)%d(k) - b(1, i)%d(k)) + y*(a(2, i)%d(k) - b(2, i)%d(k)))
+            end do
+         else
+            c(i) = vanished(z, a(:, i) - b(:, i))
+         end if
+      end do
+   end subroutine measure
 
    !> Distance of two points, |a - b|.
    pure function distance_jet_real(a, b) result(c)
@@ -210,32 +201,18 @@ contains
       real(wp), intent(in) :: b(:)
       !> Their distance.
       type(jet_t) :: c
-      real(wp) :: d1, d2, d3, d4, dd, s, z
+      type(jet_t) :: s
       integer :: i
 
-      s = 0.0_wp
-      dd = 0.0_wp
-      d1 = 0.0_wp
-      d2 = 0.0_wp
-      d3 = 0.0_wp
-      d4 = 0.0_wp
+      s = jet_t(0.0_wp, 0.0_wp, 0.0_wp)
       !GCC$ unroll 1
       do i = 1, size(a)
-         z = a(i)%v - b(i)
-         s = s + z*z
-         dd = dd + a(i)%d1*a(i)%d1 + z*a(i)%dd
-         d1 = d1 + z*a(i)%d1
-         d2 = d2 + z*a(i)%d2
-         d3 = d3 + z*a(i)%d3
-         d4 = d4 + z*a(i)%d4
+         call add_square(a(i)%v - b(i), a(i)%dd, a(i)%d, s)
       end do
-      z = sqrt(s)
-      if (z > 0.0_wp) then
-         s = 1.0_wp/z
-         d1 = s*d1
-         c = jet_t(z, s*(dd - d1*d1), d1, s*d2, s*d3, s*d4)
+      if (s%v > 0.0_wp) then
+         c = root(s)
       else
-         c = vanished(z, a)
+         c = vanished(s%v, a)
       end if
    end function distance_jet_real
 
@@ -250,5 +227,25 @@ contains
 
       c = distance_jet_real(b, a)
    end function distance_real_jet
+
+   !> Adds the square of a number with derivatives, and half the derivatives of that.
+   pure subroutine add_square(v, dd, d, s)
+      real(wp), intent(in) :: v, dd, d(directions)
+      type(jet_t), intent(inout) :: s
+
+      s = jet_t(s%v + v*v, s%dd + d(1)*d(1) + v*dd, s%d + v*d)
+   end subroutine add_square
+
+   !> The root of a sum of such squares.
+   pure function root(s) result(c)
+      type(jet_t), intent(in) :: s
+      type(jet_t) :: c
+      real(wp) :: r
+
+      c%v = sqrt(s%v)
+      r = 1.0_wp/c%v
+      c%d = r*s%d
+      c%dd = r*(s%dd - c%d(1)*c%d(1))
+   end function root
 
 end module taut_jet_lengths

@@ -1,19 +1,23 @@
 !> Numbers that carry derivatives along, and their arithmetic: see `taut_jet`.
 !!
-!! Directions are components of their own and not an array: so the compiler keeps them in registers, four times as fast.
+!! An operator is a call, and passes its result through memory: there are as many directions as two pairs of numbers, which a
+!! processor handles at once, and no more.
 module taut_jet_number
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use taut_kinds, only: wp
    implicit none (type, external)
    private
-   public :: jet_t, point, doubt, jet, assignment(=), operator(+), operator(-), operator(*), operator(/)
+   public :: directions, jet_t, point, doubt, jet, assignment(=), operator(+), operator(-), operator(*), operator(/)
+
+   !> How many directions a number has derivatives in.
+   integer, parameter :: directions = 4
 
    !> A number with derivatives.
    type :: jet_t
       !> Value, and second derivative in the first direction.
       real(wp) :: v, dd
-      !> First derivatives in the four directions.
-      real(wp) :: d1, d2, d3, d4
+      !> First derivatives in each of the directions.
+      real(wp) :: d(directions)
    end type jet_t
 
    interface jet
@@ -49,7 +53,7 @@ contains
       !> With derivatives of zero.
       type(jet_t) :: c
 
-      c = jet_t(v, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+      c = jet_t(v, 0.0_wp, 0.0_wp)
    end function jet_of_real
 
    !> A number on a path.
@@ -59,7 +63,7 @@ contains
       !> With derivatives of zero in the other directions.
       type(jet_t) :: c
 
-      c = jet_t(v, second, rate, 0.0_wp, 0.0_wp, 0.0_wp)
+      c = jet_t(v, second, [rate, 0.0_wp, 0.0_wp, 0.0_wp])
    end function jet_of_path
 
    !> A constant.
@@ -68,7 +72,7 @@ contains
       type(jet_t), intent(out) :: c
       real(wp), intent(in) :: v
 
-      c = jet_t(v, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+      c = jet_t(v, 0.0_wp, 0.0_wp)
    end subroutine assign_real
 
    !> A constant.
@@ -77,7 +81,7 @@ contains
       type(jet_t), intent(out) :: c
       integer, intent(in) :: v
 
-      c = jet_t(real(v, wp), 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+      c = jet_t(real(v, wp), 0.0_wp, 0.0_wp)
    end subroutine assign_integer
 
    !> a.
@@ -97,7 +101,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(-a%v, -a%dd, -a%d1, -a%d2, -a%d3, -a%d4)
+      c = jet_t(-a%v, -a%dd, -a%d)
    end function minus
 
    !> a + b.
@@ -109,7 +113,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v + b%v, a%dd + b%dd, a%d1 + b%d1, a%d2 + b%d2, a%d3 + b%d3, a%d4 + b%d4)
+      c = jet_t(a%v + b%v, a%dd + b%dd, a%d + b%d)
    end function add
 
    !> a + b.
@@ -121,7 +125,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v + b, a%dd, a%d1, a%d2, a%d3, a%d4)
+      c = jet_t(a%v + b, a%dd, a%d)
    end function add_jet_real
 
    !> a + b.
@@ -133,7 +137,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a + b%v, b%dd, b%d1, b%d2, b%d3, b%d4)
+      c = jet_t(a + b%v, b%dd, b%d)
    end function add_real_jet
 
    !> a + b.
@@ -145,7 +149,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v + real(b, wp), a%dd, a%d1, a%d2, a%d3, a%d4)
+      c = jet_t(a%v + real(b, wp), a%dd, a%d)
    end function add_jet_integer
 
    !> a + b.
@@ -157,7 +161,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(real(a, wp) + b%v, b%dd, b%d1, b%d2, b%d3, b%d4)
+      c = jet_t(real(a, wp) + b%v, b%dd, b%d)
    end function add_integer_jet
 
    !> a - b.
@@ -169,7 +173,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v - b%v, a%dd - b%dd, a%d1 - b%d1, a%d2 - b%d2, a%d3 - b%d3, a%d4 - b%d4)
+      c = jet_t(a%v - b%v, a%dd - b%dd, a%d - b%d)
    end function subtract
 
    !> a - b.
@@ -181,7 +185,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v - b, a%dd, a%d1, a%d2, a%d3, a%d4)
+      c = jet_t(a%v - b, a%dd, a%d)
    end function subtract_jet_real
 
    !> a - b.
@@ -193,7 +197,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a - b%v, -b%dd, -b%d1, -b%d2, -b%d3, -b%d4)
+      c = jet_t(a - b%v, -b%dd, -b%d)
    end function subtract_real_jet
 
    !> a - b.
@@ -205,7 +209,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v - real(b, wp), a%dd, a%d1, a%d2, a%d3, a%d4)
+      c = jet_t(a%v - real(b, wp), a%dd, a%d)
    end function subtract_jet_integer
 
    !> a - b.
@@ -217,7 +221,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(real(a, wp) - b%v, -b%dd, -b%d1, -b%d2, -b%d3, -b%d4)
+      c = jet_t(real(a, wp) - b%v, -b%dd, -b%d)
    end function subtract_integer_jet
 
    !> a b.
@@ -229,9 +233,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v*b%v, a%v*b%dd + 2.0_wp*a%d1*b%d1 + a%dd*b%v, &
-                a%v*b%d1 + a%d1*b%v, a%v*b%d2 + a%d2*b%v, &
-                a%v*b%d3 + a%d3*b%v, a%v*b%d4 + a%d4*b%v)
+      c = jet_t(a%v*b%v, a%v*b%dd + 2.0_wp*a%d(1)*b%d(1) + a%dd*b%v, a%v*b%d + a%d*b%v)
    end function multiply
 
    !> a b.
@@ -243,7 +245,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v*b, a%dd*b, a%d1*b, a%d2*b, a%d3*b, a%d4*b)
+      c = jet_t(a%v*b, a%dd*b, a%d*b)
    end function multiply_jet_real
 
    !> a b.
@@ -255,7 +257,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a*b%v, a*b%dd, a*b%d1, a*b%d2, a*b%d3, a*b%d4)
+      c = jet_t(a*b%v, a*b%dd, a*b%d)
    end function multiply_real_jet
 
    !> a b.
@@ -267,7 +269,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v*b, a%dd*b, a%d1*b, a%d2*b, a%d3*b, a%d4*b)
+      c = jet_t(a%v*b, a%dd*b, a%d*b)
    end function multiply_jet_integer
 
    !> a b.
@@ -279,7 +281,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a*b%v, a*b%dd, a*b%d1, a*b%d2, a*b%d3, a*b%d4)
+      c = jet_t(a*b%v, a*b%dd, a*b%d)
    end function multiply_integer_jet
 
    !> a/b.
@@ -290,12 +292,12 @@ contains
       type(jet_t), intent(in) :: b
       !> The result.
       type(jet_t) :: c
-      real(wp) :: d1, f, r
+      real(wp) :: r
 
       r = 1.0_wp/b%v
-      f = a%v/b%v
-      d1 = r*(a%d1 - f*b%d1)
-      c = jet_t(f, r*(a%dd - 2.0_wp*d1*b%d1 - f*b%dd), d1, r*(a%d2 - f*b%d2), r*(a%d3 - f*b%d3), r*(a%d4 - f*b%d4))
+      c%v = a%v/b%v
+      c%d = r*(a%d - c%v*b%d)
+      c%dd = r*(a%dd - 2.0_wp*c%d(1)*b%d(1) - c%v*b%dd)
    end function divide
 
    !> a/b.
@@ -307,7 +309,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v/b, a%dd/b, a%d1/b, a%d2/b, a%d3/b, a%d4/b)
+      c = jet_t(a%v/b, a%dd/b, a%d/b)
    end function divide_jet_real
 
    !> a/b.
@@ -331,7 +333,7 @@ contains
       !> The result.
       type(jet_t) :: c
 
-      c = jet_t(a%v/b, a%dd/b, a%d1/b, a%d2/b, a%d3/b, a%d4/b)
+      c = jet_t(a%v/b, a%dd/b, a%d/b)
    end function divide_jet_integer
 
    !> a/b.
@@ -348,41 +350,23 @@ contains
 
    !> Sets the derivative in a direction to one, if there is a direction of that number.
    elemental subroutine point(direction, z)
-      !> 1 to 4.
+      !> From 1 to `directions`.
       integer, intent(in) :: direction
       !> The jet.
       type(jet_t), intent(inout) :: z
 
-      select case (direction)
-      case (1)
-         z%d1 = 1.0_wp
-      case (2)
-         z%d2 = 1.0_wp
-      case (3)
-         z%d3 = 1.0_wp
-      case (4)
-         z%d4 = 1.0_wp
-      end select
+      if (direction >= 1 .and. direction <= size(z%d)) z%d(direction) = 1.0_wp
    end subroutine point
 
    !> Makes the derivative in a direction not a number, if there is a direction of that number; so it is in
    !! every result that depends on it.
    elemental subroutine doubt(direction, z)
-      !> 1 to 4.
+      !> From 1 to `directions`.
       integer, intent(in) :: direction
       !> The jet.
       type(jet_t), intent(inout) :: z
 
-      select case (direction)
-      case (1)
-         z%d1 = ieee_value(z%d1, ieee_quiet_nan)
-      case (2)
-         z%d2 = ieee_value(z%d2, ieee_quiet_nan)
-      case (3)
-         z%d3 = ieee_value(z%d3, ieee_quiet_nan)
-      case (4)
-         z%d4 = ieee_value(z%d4, ieee_quiet_nan)
-      end select
+      if (direction >= 1 .and. direction <= size(z%d)) z%d(direction) = ieee_value(z%v, ieee_quiet_nan)
    end subroutine doubt
 
 end module taut_jet_number

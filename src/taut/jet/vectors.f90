@@ -32,7 +32,12 @@ contains
       !> Its sum; zero if it is empty.
       type(jet_t) :: c
 
-      c = jet_t(sum(a%v), sum(a%dd), sum(a%d1), sum(a%d2), sum(a%d3), sum(a%d4))
+      integer :: i
+
+      c = jet(0.0_wp)
+      do i = 1, size(a)
+         c = jet_t(c%v + a(i)%v, c%dd + a(i)%dd, c%d + a(i)%d)
+      end do
    end function sum_jet
 
    !> a . b.
@@ -47,9 +52,8 @@ contains
 
       c = jet(0.0_wp)
       do i = 1, size(a)
-         c = jet_t(c%v + a(i)%v*b(i)%v, c%dd + a(i)%v*b(i)%dd + 2.0_wp*a(i)%d1*b(i)%d1 + a(i)%dd*b(i)%v, &
-                   c%d1 + a(i)%v*b(i)%d1 + a(i)%d1*b(i)%v, c%d2 + a(i)%v*b(i)%d2 + a(i)%d2*b(i)%v, &
-                   c%d3 + a(i)%v*b(i)%d3 + a(i)%d3*b(i)%v, c%d4 + a(i)%v*b(i)%d4 + a(i)%d4*b(i)%v)
+         c = jet_t(c%v + a(i)%v*b(i)%v, c%dd + a(i)%v*b(i)%dd + 2.0_wp*a(i)%d(1)*b(i)%d(1) + a(i)%dd*b(i)%v, &
+                   c%d + a(i)%v*b(i)%d + a(i)%d*b(i)%v)
       end do
    end function dot_jet_jet
 
@@ -65,8 +69,7 @@ contains
 
       c = jet(0.0_wp)
       do i = 1, size(a)
-         c = jet_t(c%v + a(i)%v*b(i), c%dd + a(i)%dd*b(i), c%d1 + a(i)%d1*b(i), &
-                   c%d2 + a(i)%d2*b(i), c%d3 + a(i)%d3*b(i), c%d4 + a(i)%d4*b(i))
+         c = jet_t(c%v + a(i)%v*b(i), c%dd + a(i)%dd*b(i), c%d + a(i)%d*b(i))
       end do
    end function dot_jet_real
 
@@ -82,8 +85,7 @@ contains
 
       c = jet(0.0_wp)
       do i = 1, size(a)
-         c = jet_t(c%v + a(i)*b(i)%v, c%dd + a(i)*b(i)%dd, c%d1 + a(i)*b(i)%d1, &
-                   c%d2 + a(i)*b(i)%d2, c%d3 + a(i)*b(i)%d3, c%d4 + a(i)*b(i)%d4)
+         c = jet_t(c%v + a(i)*b(i)%v, c%dd + a(i)*b(i)%dd, c%d + a(i)*b(i)%d)
       end do
    end function dot_real_jet
 

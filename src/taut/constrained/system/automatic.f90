@@ -11,7 +11,7 @@ module taut_constrained_system_automatic
    use taut_error, only: error_t
    use taut_constrained_system, only: not_supplied, scatter_entries, state_t
    use taut_constrained_system_tables, only: tabulated_system_t
-   use taut_jet_number, only: jet, jet_t, point
+   use taut_jet_number, only: directions, jet, jet_t, point
    use taut_linalg_block_diagonal, only: block_diagonal_t
    implicit none (type, external)
    private
@@ -20,8 +20,6 @@ module taut_constrained_system_automatic
    !> What is asked for of the constraints: their values, what belongs to time alone, what belongs to the motion at constant
    !! velocities, the columns of A.
    integer, parameter :: of_values = 1, of_time = 2, of_motion = 3, of_columns = 4
-   !> Directions of a jet.
-   integer, parameter :: directions = 4
    !> Jets up to this many are on the stack, more are allocated; the compiler keeps what is larger than 64 kB in static memory.
    integer, parameter :: most_on_stack = 1000
 
@@ -48,8 +46,8 @@ module taut_constrained_system_automatic
       !! column. How many there are.
       integer, allocatable, private :: direction(:)
       integer, private :: colors = 0
-      !> The direction of each entry of the pattern.
-      integer, allocatable, private :: direction_of_entry(:)
+      !> Where each entry of the pattern is among the slopes of all constraints in all passes: (directions, c, passes).
+      integer, allocatable, private :: place_of_entry(:)
       !> Coordinates of each pass, whose values are filled in: (n_x, passes); where xdot = v.
       type(jet_t), allocatable, private :: seeds(:, :)
       !> Whether phi may depend on time, and whether xdot = v is known.
@@ -81,6 +79,7 @@ module taut_constrained_system_automatic
       procedure :: check_at
       procedure, private :: carry
       procedure, private :: passes
+      procedure, private :: place_of_slope
    end type automatic_system_t
 
    interface
@@ -346,7 +345,7 @@ contains
       real(wp), intent(inout) :: value(:)
       real(wp), intent(inout), optional :: a(:, :), phi(:)
       type(jet_state_t) :: there
-      integer :: i, pass
+      integer :: i
 
       there%t = still(at%t)
       there%x => x
@@ -367,43 +366,60 @@ contains
          do i = 1, n_v
             v(i) = still(0.0_wp)
          end do
-         there%t%d1 = 1.0_wp
+         there%t%d(1) = 1.0_wp
          call evaluate(self, there, r)
          do i = 1, self%n_phi
-            value(i) = -r(i)%d1
+            value(i) = -r(i)%d(1)
          end do
          do i = self%n_phi + 1, self%c
             value(i) = -r(i)%v
          end do
       case (of_motion)
          call set_moving(self, at, there, r)
-         there%t%d1 = 1.0_wp
+         there%t%d(1) = 1.0_wp
          call evaluate(self, there, r)
          do i = 1, self%n_phi
             value(i) = -r(i)%dd
          end do
          do i = self%n_phi + 1, self%c
-            value(i) = -r(i)%d1
+            value(i) = -r(i)%d(1)
          end do
       case default
-         do pass = 1, self%passes()
-            call set_columns(self, at, pass, there, r)
-            if (self%n_phi > 0) call self%phi(there, r(1:self%n_phi))
-            if (self%n_phi < self%c) then
-               ! These have the velocities' derivatives, and not the coordinates'.
-               do i = 1, n_x
-                  x(i) = still(at%x(i))
-               end do
-               call self%nonholonomic(there, r(self%n_phi + 1:self%c))
-            end if
-            call take_columns(self, directions*(pass - 1), r, value, a)
-            if (.not. present(phi)) cycle
-            do i = 1, self%n_phi
-               phi(i) = r(i)%v
-            end do
-         end do
+         call differentiate_columns(self, at, there, r, value, a, phi)
       end select
    end subroutine differentiate_in
+
+   !> Columns of A, as many to a pass as there are directions.
+   subroutine differentiate_columns(self, at, there, r, entries, a, phi)
+      class(automatic_system_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(jet_state_t), intent(in) :: there
+      type(jet_t), intent(inout) :: r(:)
+      real(wp), intent(inout) :: entries(:)
+      real(wp), intent(inout), optional :: a(:, :), phi(:)
+      real(wp) :: slopes(directions, self%c, self%passes())
+      integer :: i, pass
+
+      do pass = 1, self%passes()
+         call set_columns(self, at, pass, there, r)
+         if (self%n_phi > 0) call self%phi(there, r(1:self%n_phi))
+         if (self%n_phi < self%c) then
+            ! These have the velocities' derivatives, and not the coordinates'.
+            do i = 1, self%n_x
+               there%x(i) = still(at%x(i))
+            end do
+            call self%nonholonomic(there, r(self%n_phi + 1:self%c))
+         end if
+         do i = 1, self%c
+            slopes(:, i, pass) = r(i)%d
+         end do
+      end do
+      call take_columns(self, slopes, entries, a)
+      if (.not. present(phi)) return
+      do i = 1, self%n_phi
+         phi(i) = r(i)%v
+      end do
+   end subroutine differentiate_columns
 
    !> All constraints.
    subroutine evaluate(self, there, r)
@@ -441,7 +457,7 @@ contains
             end do
             call self%kinematics(there, rate(1:size(x)))
             do i = 1, size(x)
-               x(i)%dd = rate(i)%d1
+               x(i)%dd = rate(i)%d(1)
             end do
          end if
       end associate
@@ -510,52 +526,50 @@ contains
       end associate
    end subroutine carry
 
-   !> Takes the columns of a pass from the constraints: those beyond `base` directions.
-   subroutine take_columns(self, base, r, entries, a)
+   !> A, of the slopes of all constraints in all passes: its entries, or all of it.
+   pure subroutine take_columns(self, slopes, entries, a)
       class(automatic_system_t), intent(in) :: self
-      integer, intent(in) :: base
-      type(jet_t), intent(in) :: r(:)
+      real(wp), intent(in) :: slopes(*)
       real(wp), intent(inout) :: entries(:)
       real(wp), intent(inout), optional :: a(:, :)
-      real(wp) :: slope(directions)
-      integer :: d, i, k
+      integer :: i, j, k
 
       if (.not. present(a)) then
-         call take_entries(self%c, base, self%first, self%direction_of_entry, r, entries)
-         return
-      end if
-      do i = 1, self%c
-         slope = [r(i)%d1, r(i)%d2, r(i)%d3, r(i)%d4]
-         if (allocated(self%first)) then
+         call pick(size(entries), self%place_of_entry, slopes, entries)
+      else if (allocated(self%place_of_entry)) then
+         do i = 1, self%c
             do k = self%first(i), self%first(i + 1) - 1
-               d = self%direction_of_entry(k) - base
-               if (d >= 1 .and. d <= directions) a(i, self%column(k)) = slope(d)
+               a(i, self%column(k)) = slopes(self%place_of_entry(k))
             end do
-         else
-            do d = 1, min(directions, self%n - base)
-               a(i, base + d) = slope(d)
+         end do
+      else
+         do j = 1, self%n
+            do i = 1, self%c
+               a(i, j) = slopes(self%place_of_slope(i, j))
             end do
-         end if
-      end do
+         end do
+      end if
    end subroutine take_columns
 
-   !> Those of a pattern.
-   pure subroutine take_entries(c, base, first, direction, r, entries)
-      integer, intent(in) :: c, base, first(c + 1), direction(*)
-      type(jet_t), intent(in) :: r(c)
-      real(wp), intent(inout) :: entries(*)
-      real(wp) :: slope(directions)
-      integer :: d, i, k
+   !> Numbers at places.
+   pure subroutine pick(n, places, from, values)
+      integer, intent(in) :: n, places(n)
+      real(wp), intent(in) :: from(*)
+      real(wp), intent(inout) :: values(n)
+      integer :: k
 
-      do i = 1, c
-         slope = [r(i)%d1, r(i)%d2, r(i)%d3, r(i)%d4]
-         !GCC$ unroll 1
-         do k = first(i), first(i + 1) - 1
-            d = direction(k) - base
-            if (d >= 1 .and. d <= directions) entries(k) = slope(d)
-         end do
+      do k = 1, n
+         values(k) = from(places(k))
       end do
-   end subroutine take_entries
+   end subroutine pick
+
+   !> Where the slope of a row is that belongs to a color: those of all rows of a pass stand together.
+   pure integer function place_of_slope(self, row, color) result(place)
+      class(automatic_system_t), intent(in) :: self
+      integer, intent(in) :: row, color
+
+      place = directions*((color - 1)/directions*self%c + row - 1) + modulo(color - 1, directions) + 1
+   end function place_of_slope
 
    !> xdot = H v.
    subroutine x_rate(self, at, u, value)
@@ -610,7 +624,7 @@ contains
       real(wp), intent(in) :: v
       type(jet_t) :: z
 
-      z = jet_t(v, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+      z = jet_t(v, 0.0_wp, 0.0_wp)
    end function still
 
    !> A number that changes at a rate.
@@ -618,7 +632,7 @@ contains
       real(wp), intent(in) :: v, rate
       type(jet_t) :: z
 
-      z = jet_t(v, 0.0_wp, rate, 0.0_wp, 0.0_wp, 0.0_wp)
+      z = jet_t(v, 0.0_wp, [rate, 0.0_wp, 0.0_wp, 0.0_wp])
    end function moving
 
 end module taut_constrained_system_automatic

@@ -82,18 +82,17 @@ contains
             do i = 1, n
                v(i) = jet(0.0_wp)
                call point(i + 1 - base, v(i))
-               if (base == 0) v(i)%d1 = at%v(i)
+               if (base == 0) v(i)%d(1) = at%v(i)
             end do
             call self%carry(at, there, rate)
             if (plain) plain = all(same_slopes(x, v))
             there%t = jet(at%t)
-            if (base == 0) there%t%d1 = 1.0_wp
+            if (base == 0) there%t%d(1) = 1.0_wp
             call self%potential(there, energy)
             if (.not. is_not_supplied(energy%v)) then
-               slope = [energy%d1, energy%d2, energy%d3, energy%d4]
                do d = 1, directions
                   i = base + d - 1
-                  if (i >= 1 .and. i <= n) value(i) = value(i) - slope(d)
+                  if (i >= 1 .and. i <= n) value(i) = value(i) - energy%d(d)
                end do
             end if
             k = jet(0.0_wp)
@@ -102,9 +101,9 @@ contains
             slope = 0.0_wp
             do j = 1, n
                do i = 1, n
-                  if (base == 0) value(i) = value(i) - k(i, j)%d1*at%v(j)
-                  changes = max(changes, abs(k(i, j)%d1), abs(k(i, j)%d2), abs(k(i, j)%d3), abs(k(i, j)%d4))
-                  slope = slope + 0.5_wp*at%v(i)*at%v(j)*[k(i, j)%d1, k(i, j)%d2, k(i, j)%d3, k(i, j)%d4]
+                  if (base == 0) value(i) = value(i) - k(i, j)%d(1)*at%v(j)
+                  changes = max(changes, maxval(abs(k(i, j)%d)))
+                  slope = slope + 0.5_wp*at%v(i)*at%v(j)*k(i, j)%d
                end do
             end do
             do d = 1, directions
@@ -121,7 +120,7 @@ contains
    elemental logical function same_slopes(a, b)
       type(jet_t), intent(in) :: a, b
 
-      same_slopes = .not. max(abs(a%d1 - b%d1), abs(a%d2 - b%d2), abs(a%d3 - b%d3), abs(a%d4 - b%d4)) > 0.0_wp
+      same_slopes = .not. any(abs(a%d - b%d) > 0.0_wp)
    end function same_slopes
 
    !> Kinetic and potential energy; not known without a `potential`.

@@ -18,10 +18,10 @@ contains
    !! k log2(n) evaluations.
    module procedure find_structure
       integer, allocatable :: begin(:), column(:), color(:), first(:)
-      integer :: colors, i
+      integer :: colors, i, k
 
       if (allocated(self%first)) deallocate (self%first, self%column)
-      if (allocated(self%direction)) deallocate (self%direction, self%direction_of_entry)
+      if (allocated(self%direction)) deallocate (self%direction, self%place_of_entry)
       if (allocated(self%seeds)) deallocate (self%seeds)
       self%sparse = .false.
       self%linearizes = .false.
@@ -44,7 +44,12 @@ contains
 
       allocate (self%direction(self%n))
       call color_columns(first, column, self%direction, self%colors)
-      self%direction_of_entry = self%direction(column)
+      allocate (self%place_of_entry(size(column)))
+      do i = 1, self%c
+         do k = first(i), first(i + 1) - 1
+            self%place_of_entry(k) = self%place_of_slope(i, self%direction(column(k)))
+         end do
+      end do
       self%sparse = 2*size(column) <= self%c*self%n
       call move_alloc(first, self%first)
       call move_alloc(column, self%column)
@@ -105,7 +110,6 @@ contains
       type(jet_t), allocatable, target :: v(:), x(:)
       type(jet_state_t) :: there
       logical, allocatable :: depends(:)
-      real(wp) :: slope(directions)
       integer :: base, d, i, k, kept, next, p
 
       allocate (x(self%n_x), rate(self%n_x), v(self%n), r(self%c), depends(size(column)))
@@ -125,10 +129,9 @@ contains
             call self%nonholonomic(there, r(self%n_phi + 1:self%c))
          end if
          do i = 1, self%c
-            slope = [r(i)%d1, r(i)%d2, r(i)%d3, r(i)%d4]
             do k = first(i), first(i + 1) - 1
                d = color(column(k)) - base
-               if (d >= 1 .and. d <= directions) depends(k) = ieee_is_nan(slope(d))
+               if (d >= 1 .and. d <= directions) depends(k) = ieee_is_nan(r(i)%d(d))
             end do
          end do
       end do
@@ -167,7 +170,7 @@ contains
          v(i) = jet(real(i, wp) + 0.5_wp)
       end do
       call self%kinematics(there, rate)
-      rates_are_plain = .not. any(ieee_is_nan(rate%d1) .or. abs(rate%v - v%v) > 0.0_wp)
+      rates_are_plain = .not. any(ieee_is_nan(rate%d(1)) .or. abs(rate%v - v%v) > 0.0_wp)
    end function rates_are_plain
 
    !> Whether phi depends on time.
@@ -183,7 +186,7 @@ contains
       there%t = jet(at%t)
       call doubt(1, there%t)
       call self%phi(there, r)
-      depends_on_time = any(ieee_is_nan(r%d1))
+      depends_on_time = any(ieee_is_nan(r%d(1)))
    end function depends_on_time
 
    !> What is missing; constraints that are not linear in the velocities; a mass matrix that changes and must not.
@@ -215,7 +218,7 @@ contains
                call need_rows(self, at, error)
                exit
             end if
-            if (abs(rows(i)%dd) > 1.0e-10_wp*max(abs(rows(i)%v), abs(rows(i)%d1))) &
+            if (abs(rows(i)%dd) > 1.0e-10_wp*max(abs(rows(i)%v), abs(rows(i)%d(1)))) &
                call raise(error, here, 'constraint '//to_text(self%n_phi + i)//' is not linear in the velocities', &
                           'give A v - b'' in nonholonomic')
          end do
@@ -268,7 +271,7 @@ contains
          call self%mass(at, m)
          if (any(is_not_supplied(m%values))) &
             call raise(error, here, 'it has no mass matrix', 'supply diagonal_mass, mass, or masses with jets')
-      else if (any(ieee_is_nan(k%d1))) then
+      else if (any(ieee_is_nan(k%d(1)))) then
          if (self%constant_mass) &
             call raise(error, here, 'its masses depend on coordinates or time, and it says that M never changes', &
                        'give define constant_mass = .false.')
