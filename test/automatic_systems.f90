@@ -116,12 +116,12 @@ contains
       class(jet_chain_t), intent(in) :: self
       type(jet_state_t), intent(in) :: at
       type(jet_t), intent(out) :: value(:)
-      integer :: i
+      type(jet_t), pointer, contiguous :: mass(:, :)
 
-      value(1) = norm2(at%x(1:2)) - self%l
-      do i = 2, self%c
-         value(i) = distance(at%x(2*i - 1:2*i), at%x(2*i - 3:2*i - 2)) - self%l
-      end do
+      mass(1:2, 1:self%c) => at%x
+      value(1) = norm2(mass(:, 1))
+      value(2:) = distance(mass(:, 2:), mass(:, :self%c - 1))
+      value(:) = value - self%l
    end subroutine chain_phi
 
    subroutine four_bar_phi(self, at, value)

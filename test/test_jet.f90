@@ -198,8 +198,9 @@ contains
 
    subroutine lengths(failure)
       character(:), allocatable, intent(inout) :: failure
-      type(jet_t) :: a(3), b(3)
+      type(jet_t) :: a(3), b(3), columns(3, 3)
       real(wp), parameter :: c(3) = [0.3_wp, -0.2_wp, 0.9_wp]
+      integer :: i, n
 
       a = sample([0.5_wp, -1.2_wp, 2.0_wp], [1, 2, 3])
       b = sample([1.5_wp, 0.2_wp, -0.7_wp], [3, 4, 5])
@@ -208,6 +209,16 @@ contains
       call same(failure, distance(a, c), norm2(a - c), 'to a fixed point')
       call same(failure, distance(c, a), norm2(a - c), 'from a fixed point')
       call same(failure, distance(a(:2), b(:2)), hypot(a(1) - b(1), a(2) - b(2)), 'in the plane')
+      call same(failure, distance(a(::2), b(::2)), hypot(a(1) - b(1), a(3) - b(3)), 'of every second')
+      columns = reshape([a, b, a], [3, 3])
+      do n = 2, 3
+         associate (apart => distance(columns(:n, 2:), columns(:n, :2)))
+            call check(failure, size(apart) == 2, 'a distance for each pair')
+            do i = 1, 2
+               call same(failure, apart(i), norm2(a(:n) - b(:n)), 'of columns')
+            end do
+         end associate
+      end do
    end subroutine lengths
 
    subroutine vectors(failure)

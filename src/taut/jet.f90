@@ -6,7 +6,8 @@
 !! is cut off. Where columns of a Jacobian are asked for, each direction is one of them.
 !!
 !! All operators, comparisons (of values) and functions have the names that real numbers have, and reals and integers mix with jets;
-!! `distance` of two points is one more. A function that gives an array allocates it where its size is not known to the compiler.
+!! `distance` of two points, or of the columns of two matrices, is one more. A function that gives an array allocates it where its
+!! size is not known to the compiler.
 module taut_jet
    use taut_jet_comparison, only: operator(==), operator(/=), operator(<), operator(<=), operator(>), operator(>=)
    use taut_jet_functions, only: operator(**), abs, acos, asin, atan, atan2, cos, cosh, exp, log, max, min, sign, sin, sinh, &

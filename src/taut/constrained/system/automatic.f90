@@ -397,10 +397,29 @@ contains
       type(jet_t), intent(inout) :: r(:)
       real(wp), intent(inout) :: entries(:)
       real(wp), intent(inout), optional :: a(:, :), phi(:)
-      real(wp) :: slopes(directions, self%c, self%passes())
+      real(wp) :: few(directions*most_on_stack)
+      real(wp), allocatable :: many(:)
+
+      if (self%c*self%passes() <= most_on_stack) then
+         call differentiate_columns_in(self, at, there, r, self%c, self%passes(), few, entries, a, phi)
+      else
+         allocate (many(directions*self%c*self%passes()))
+         call differentiate_columns_in(self, at, there, r, self%c, self%passes(), many, entries, a, phi)
+      end if
+   end subroutine differentiate_columns
+
+   !> The same in the room that is given for the slopes of all constraints in all passes.
+   subroutine differentiate_columns_in(self, at, there, r, c, passes, slopes, entries, a, phi)
+      class(automatic_system_t), intent(in) :: self
+      type(state_t), intent(in) :: at
+      type(jet_state_t), intent(in) :: there
+      integer, intent(in) :: c, passes
+      type(jet_t), intent(inout) :: r(:)
+      real(wp), intent(inout) :: slopes(directions, c, passes), entries(:)
+      real(wp), intent(inout), optional :: a(:, :), phi(:)
       integer :: i, pass
 
-      do pass = 1, self%passes()
+      do pass = 1, passes
          call set_columns(self, at, pass, there, r)
          if (self%n_phi > 0) call self%phi(there, r(1:self%n_phi))
          if (self%n_phi < self%c) then
@@ -410,7 +429,7 @@ contains
             end do
             call self%nonholonomic(there, r(self%n_phi + 1:self%c))
          end if
-         do i = 1, self%c
+         do i = 1, c
             slopes(:, i, pass) = r(i)%d
          end do
       end do
@@ -419,7 +438,7 @@ contains
       do i = 1, self%n_phi
          phi(i) = r(i)%v
       end do
-   end subroutine differentiate_columns
+   end subroutine differentiate_columns_in
 
    !> All constraints.
    subroutine evaluate(self, there, r)
