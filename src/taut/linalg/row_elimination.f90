@@ -205,7 +205,7 @@ contains
       real(wp), intent(in) :: least
       !> Whether rows are left out.
       logical, intent(in) :: decide
-      integer :: e, i, k, l, p, row
+      integer :: e, i, k, p, row
       real(wp) :: d, distance, t
 
       call self%rest%clear()
@@ -217,13 +217,8 @@ contains
             row = self%order(p)
             f%reciprocal(p) = 0.0_wp
             ! Row p of S: what row p has in common with those before it.
-            do k = rows%first(row), rows%first(row + 1) - 1
-               do l = rows%by_column(rows%column(k)), rows%by_column(rows%column(k) + 1) - 1
-                  i = self%place_of(l)
-                  if (i >= p) exit
-                  self%y(i) = self%y(i) + rows%b(k)*rows%b(self%entry_of(l))
-               end do
-            end do
+            call multiply_before(p, rows%first(row), rows%first(row + 1) - 1, rows%column, rows%by_column, self%place_of, &
+                                 self%entry_of, rows%b, self%y)
             if (self%rest%number > 0) self%dense_row(rows%column(rows%first(row):rows%first(row + 1) - 1)) = &
                rows%b(rows%first(row):rows%first(row + 1) - 1)
             d = 1.0_wp
@@ -259,6 +254,21 @@ contains
          end do
       end associate
    end subroutine eliminate
+
+   !> y := B b for the rows before a place, with b the row whose entries are from `begin` to `last`.
+   pure subroutine multiply_before(p, begin, last, column, by_column, place_of, entry_of, b, y)
+      integer, intent(in) :: p, begin, last, column(*), by_column(*), place_of(*), entry_of(*)
+      real(wp), intent(in) :: b(*)
+      real(wp), intent(inout) :: y(*)
+      integer :: k, l
+
+      do k = begin, last
+         do l = by_column(column(k)), by_column(column(k) + 1) - 1
+            if (place_of(l) >= p) exit
+            y(place_of(l)) = y(place_of(l)) + b(k)*b(entry_of(l))
+         end do
+      end do
+   end subroutine multiply_before
 
    !> The present row times one of the remainders.
    pure function product_with(self, number) result(t)

@@ -536,13 +536,15 @@ contains
    !> 1 over the length of each row; rows of zeros are set aside.
    pure subroutine scale_rows(self)
       type(scaled_rows_t), intent(inout) :: self
-      integer :: i
+      integer :: i, k
       real(wp) :: largest
 
       do i = 1, self%c
          associate (row => self%b(self%first(i):self%first(i + 1) - 1))
             largest = 0.0_wp
-            if (size(row) > 0) largest = maxval(abs(row))
+            do k = 1, size(row)
+               largest = max(largest, abs(row(k)))
+            end do
             self%empty(i) = .not. largest > tiny(1.0_wp)
             self%row_scale(i) = 0.0_wp
             ! Entries may be of any size, so that their squares would overflow.
