@@ -318,30 +318,40 @@ contains
       end do
    end subroutine subtract_columns_of_pairs
 
-   !> d := d - A^T lambda column by column: no entry of d waits for another.
+   !> d := d - A^T lambda column by column, with groups of one or three: no entry of d waits for another.
    pure subroutine subtract_columns(g, columns, first, row, place, values, lambda, d)
       integer, intent(in) :: g, columns
       integer, intent(in) :: first(*), row(*), place(*)
       real(wp), intent(in) :: values(*), lambda(*)
       real(wp), intent(inout) :: d(g, *)
-      integer :: j, k, l
+      integer :: j, k, p
+      real(wp) :: t1, t2, t3
 
       if (g == 1) then
          do j = 1, columns
+            t1 = d(1, j)
             !GCC$ unroll 1
             do k = first(j), first(j + 1) - 1
-               d(1, j) = d(1, j) - values(place(k))*lambda(row(k))
+               t1 = t1 - values(place(k))*lambda(row(k))
             end do
+            d(1, j) = t1
          end do
          return
       end if
       do j = 1, columns
+         t1 = d(1, j)
+         t2 = d(2, j)
+         t3 = d(3, j)
+         !GCC$ unroll 1
          do k = first(j), first(j + 1) - 1
-            !GCC$ unroll 1
-            do l = 1, g
-               d(l, j) = d(l, j) - values(place(k) + l - 1)*lambda(row(k))
-            end do
+            p = place(k)
+            t1 = t1 - values(p)*lambda(row(k))
+            t2 = t2 - values(p + 1)*lambda(row(k))
+            t3 = t3 - values(p + 2)*lambda(row(k))
          end do
+         d(1, j) = t1
+         d(2, j) = t2
+         d(3, j) = t3
       end do
    end subroutine subtract_columns
 

@@ -321,13 +321,13 @@ contains
 
    end subroutine assemble
 
-   !> The entries of S one after the other.
+   !> The entries of S one after the other, with groups of one or three.
    pure subroutine sum_products(g, entries, first, of_a, of_a_kinv, a, a_kinv, s)
       integer, intent(in) :: g, entries
       integer, intent(in) :: first(*), of_a(*), of_a_kinv(*)
       real(wp), intent(in) :: a(*), a_kinv(*)
       real(wp), intent(inout) :: s(*)
-      integer :: e, l, p
+      integer :: e, j, k, p
       real(wp) :: t
 
       if (g == 1) then
@@ -343,11 +343,13 @@ contains
       end if
       do e = 1, entries
          t = 0.0_wp
+         !GCC$ unroll 1
          do p = first(e), first(e + 1) - 1
-            !GCC$ unroll 1
-            do l = 1, g
-               t = t + a(of_a(p) + l - 1)*a_kinv(of_a_kinv(p) + l - 1)
-            end do
+            j = of_a(p)
+            k = of_a_kinv(p)
+            t = t + a(j)*a_kinv(k)
+            t = t + a(j + 1)*a_kinv(k + 1)
+            t = t + a(j + 2)*a_kinv(k + 2)
          end do
          s(e) = t
       end do

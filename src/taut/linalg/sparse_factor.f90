@@ -135,24 +135,16 @@ contains
       integer, intent(in), contiguous :: column(:)
       !> Pivots up to this part of their diagonal entry are passed over: (n).
       real(wp), intent(in), contiguous :: least(:)
-      integer :: e, i, k, p
-      real(wp) :: d, t
+      integer :: e, k
+      real(wp) :: d
 
       do k = 1, self%n
          do e = self%given_first(k), self%given_first(k + 1) - 1
             self%y(column(e)) = s(self%n + e)
          end do
          d = s(k)
-         do e = self%row_first(k), self%row_first(k + 1) - 1
-            i = self%column(e)
-            t = self%y(i)
-            self%y(i) = 0.0_wp
-            do p = self%first(i), self%place(e) - 1
-               self%y(self%row(p)) = self%y(self%row(p)) - self%l(p)*t
-            end do
-            self%l(self%place(e)) = t*self%reciprocal(i)
-            d = d - t*self%l(self%place(e))
-         end do
+         call eliminate_row(self%row_first(k), self%row_first(k + 1) - 1, self%column, self%place, self%first, self%row, &
+                            self%reciprocal, self%l, self%y, d)
          if (d <= least(k)*s(k)) then
             self%reciprocal(k) = 0.0_wp
          else
@@ -161,28 +153,60 @@ contains
       end do
    end subroutine factorize
 
+   !> A row of L from what it is of S, in y, and the pivot from its diagonal entry. Most columns are short: no loop over them is
+   !! worth unrolling.
+   pure subroutine eliminate_row(begin, last, column, place, first, row, reciprocal, l, y, d)
+      integer, intent(in) :: begin, last, column(*), place(*), first(*), row(*)
+      real(wp), intent(in) :: reciprocal(*)
+      real(wp), intent(inout) :: l(*), y(*), d
+      integer :: e, p
+      real(wp) :: t
+
+      do e = begin, last
+         t = y(column(e))
+         y(column(e)) = 0.0_wp
+         !GCC$ unroll 1
+         do p = first(column(e)), place(e) - 1
+            y(row(p)) = y(row(p)) - l(p)*t
+         end do
+         l(place(e)) = t*reciprocal(column(e))
+         d = d - t*l(place(e))
+      end do
+   end subroutine eliminate_row
+
    !> x := S^-1 x; zero where a row is passed over.
    pure subroutine solve(self, x)
       !> The factor.
       class(sparse_factor_t), intent(in) :: self
       !> Right-hand side, replaced by the solution: (n).
       real(wp), intent(inout), contiguous :: x(:)
+
+      call substitute(self%n, self%first, self%row, self%l, self%reciprocal, x)
+   end subroutine solve
+
+   !> The same with its arrays.
+   pure subroutine substitute(n, first, row, l, reciprocal, x)
+      integer, intent(in) :: n, first(n + 1), row(*)
+      real(wp), intent(in) :: l(*), reciprocal(n)
+      real(wp), intent(inout) :: x(n)
       integer :: j, p
       real(wp) :: t
 
-      do j = 1, self%n
+      do j = 1, n
          t = x(j)
-         do p = self%first(j), self%first(j + 1) - 1
-            x(self%row(p)) = x(self%row(p)) - self%l(p)*t
+         !GCC$ unroll 1
+         do p = first(j), first(j + 1) - 1
+            x(row(p)) = x(row(p)) - l(p)*t
          end do
       end do
-      do j = self%n, 1, -1
-         t = x(j)*self%reciprocal(j)
-         do p = self%first(j), self%first(j + 1) - 1
-            t = t - self%l(p)*x(self%row(p))
+      do j = n, 1, -1
+         t = x(j)*reciprocal(j)
+         !GCC$ unroll 1
+         do p = first(j), first(j + 1) - 1
+            t = t - l(p)*x(row(p))
          end do
          x(j) = t
       end do
-   end subroutine solve
+   end subroutine substitute
 
 end module taut_linalg_sparse_factor
