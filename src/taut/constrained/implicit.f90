@@ -12,15 +12,15 @@ module taut_constrained_implicit
    use taut_kinds, only: wp
    use taut_constrained_method_options, only: method_t
    use taut_constrained_jacobian, only: evaluate_jacobian, lay_out_jacobian
-   use taut_constrained_reactions, only: power_of_reactions
-   use taut_constrained_saddle_point, only: saddle_point_t
+   use taut_constrained_reactions, only: inconsistent_reactions, power_of_reactions
+   use taut_constrained_saddle_point, only: column_of, entries_of_row, place_of, saddle_point_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_system_stiff, only: stiff_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
    use taut_constrained_system_tables, only: coordinate_name, velocity_name
    use taut_error, only: to_text
-   use taut_ode_system, only: not_converged, ode_system_t, rhs_not_solved, rhs_ok, rhs_retry
+   use taut_ode_system, only: not_converged, ode_system_t, rhs_cannot, rhs_not_solved, rhs_ok, rhs_retry
    implicit none (type, external)
    private
    public :: implicit_form_t
@@ -43,6 +43,9 @@ module taut_constrained_implicit
       real(wp), allocatable, private :: phi(:), b_prime(:), psi(:), force(:)
       real(wp), allocatable, private :: real_b(:), base(:), base_w(:), balance(:), of_reactions(:), varied_w(:), step(:), unit(:)
       logical, private :: mass_known = .false.
+      !> Forces that depend on the multipliers, where these are varied; whether none were consistent with them at the last start.
+      real(wp), allocatable, private :: reactions_here(:), lambda(:)
+      logical, private :: jammed = .false.
    contains
       procedure :: init
       procedure :: residual
@@ -101,7 +104,8 @@ contains
       allocate (self%held_force(self%n_v), source=0.0_wp)
       allocate (self%phi(self%n_phi), self%b_prime(self%c), self%psi(self%c), self%force(self%n_v), self%base(self%n_v), &
                 self%base_w(self%n_w), self%balance(self%n_v), self%of_reactions(self%n_v), self%varied_w(self%n_w), &
-                self%step(self%n_v), self%unit(self%n_v), self%real_b(self%n_v + self%n_w + self%c), &
+                self%step(self%n_v), self%unit(self%n_v), self%reactions_here(self%n_v), self%lambda(self%c), &
+                self%real_b(self%n_v + self%n_w + self%c), &
                 source=0.0_wp)
    end subroutine init
 
@@ -317,7 +321,34 @@ contains
 
    end subroutine linearize
 
-   !> M, A and B at a state, the kept rows of A and the balance there.
+   !> df/dlambda at `at`, one multiplier after the other, of the velocities that its constraint moves.
+   subroutine differentiate_reactions(self, lambda)
+      type(implicit_form_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: lambda(:)
+      integer :: i, j, k, l
+      real(wp) :: reach, step
+
+      call self%model%reaction_force(self%at, lambda, self%reactions_here)
+      reach = maxval(abs(lambda))
+      ! Where all multipliers are zero, they are going to be of the size of the forces.
+      if (reach <= tiny(reach)) reach = max(maxval(abs(self%force)), epsilon(reach))
+      self%lambda(:) = lambda
+      do i = 1, self%c
+         step = difference*max(abs(lambda(i)), 1.0e-3_wp*reach)
+         self%lambda(i) = lambda(i) + step
+         call self%model%reaction_force(self%at, self%lambda, self%of_reactions)
+         self%lambda(i) = lambda(i)
+         associate (a => self%projector%linear%a)
+            do j = 1, entries_of_row(a, i)
+               k = place_of(a, i, j)
+               l = column_of(a, i, j)
+               self%f_lambda(k) = (self%of_reactions(l) - self%reactions_here(l))/step
+            end do
+         end associate
+      end do
+   end subroutine differentiate_reactions
+
+   !> M, A, B and df/dlambda at a state, the kept rows of A and the balance there.
    subroutine look_at(self, ode, t, y, ydot, z, info)
       type(implicit_form_t), intent(inout) :: self
       class(ode_system_t), intent(in) :: ode
@@ -346,9 +377,11 @@ contains
       if (self%n_e > 0) self%b_here%values(:) = self%b%values
       self%m_here%values(:) = self%m%values
       call self%entries_of_mass()
+      if (self%model%reactive) call differentiate_reactions(self, z(:self%c))
    end subroutine look_at
 
-   !> What turns with the motion, M, A and B, at another state: one evaluation. K and D keep what was found by differences.
+   !> What turns with the motion, M, A, B and df/dlambda, at another state: one evaluation. K and D keep what was found by
+   !! differences.
    subroutine refresh(self, ode, t, y, ydot, z, info)
       !> The form, linearized.
       class(implicit_form_t), intent(inout) :: self
@@ -389,6 +422,8 @@ contains
             text = 'the factors of '//to_text(self%lu%n)//' equations as bands need '// &
                    to_text(nint(24.0e-9_wp*self%lu%numbers()))//' GB, and UMFPACK, which may need less, is not to be had here '// &
                    '(Debian has it as libumfpack5 or libumfpack6)'
+         else if (self%jammed) then
+            text = inconsistent_reactions
          else if (self%singular_at > 0) then
             text = 'the matrix is singular at '//trim(velocity_name(self%model, self%singular_at))// &
                    ', which has neither mass nor stiffness nor a constraint that determines it'
@@ -520,6 +555,7 @@ contains
       self%at%v(:) = y(n_x + 1:n_x + n)
       self%at%w(:) = y(n_x + n + 1:)
       self%singular_at = 0
+      self%jammed = .false.
       self%holding = .false.
       call self%model%normalize(self%at%x)
       call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
@@ -542,6 +578,7 @@ contains
       self%mass(:) = 0.0_wp
       self%d(:) = 0.0_wp
       self%f_w(:, :) = 0.0_wp
+      self%f_lambda(:) = 0.0_wp
       self%g_x(:, :) = 0.0_wp
       self%g_v(:, :) = 0.0_wp
       self%g_w(:, :) = 0.0_wp
@@ -559,7 +596,8 @@ contains
       self%real_b(:) = self%real_x
       call self%lu%solve(self%real_x)
       z(:c) = self%real_x(n + self%n_w + 1:)
-      if (self%model%reactive) call start_reactions(self, z(:c))
+      if (self%model%reactive) call start_reactions(self, ode, z(:c), info)
+      if (info /= rhs_ok) return
       call self%model%x_rate(self%at, self%at%v, ydot(:n_x))
       ydot(n_x + 1:n_x + n) = self%real_x(:n)
       if (any(self%held)) then
@@ -597,29 +635,45 @@ contains
       call self%m_here%multiply(self%real_x(:n), self%held_force)
    end subroutine find_held_force
 
-   !> Forces that depend on the multipliers are those of the multipliers that they lead to; begun at those of g(0).
-   subroutine start_reactions(self, lambda)
+   !> Forces that depend on the multipliers are those of the multipliers that they lead to, by Newton's iteration; begun at those
+   !! of g(0).
+   subroutine start_reactions(self, ode, lambda, info)
       type(implicit_form_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
       real(wp), intent(inout), contiguous :: lambda(:)
+      integer, intent(out) :: info
       real(wp) :: change, none(self%c), without(self%n_v)
-      integer :: i, iteration
+      integer :: i, iteration, j, k, l
       integer, parameter :: most = 50
 
       none(:) = 0.0_wp
       call self%model%reaction_force(self%at, none, without)
+      self%jammed = .true.
       do iteration = 1, most
-         call self%model%reaction_force(self%at, lambda, self%of_reactions)
+         call differentiate_reactions(self, lambda)
+         call self%factorize(ode, 1, (1.0_wp, 0.0_wp), info)
+         if (info /= rhs_ok) exit
          self%real_x(:) = self%real_b
-         do i = 1, self%n_v
-            self%real_x(i) = self%real_x(i) + self%of_reactions(i) - without(i)
-         end do
+         self%real_x(:self%n_v) = self%real_x(:self%n_v) + self%reactions_here - without
+         associate (a => self%projector%linear%a)
+            do i = 1, self%c
+               do j = 1, entries_of_row(a, i)
+                  k = place_of(a, i, j)
+                  l = column_of(a, i, j)
+                  self%real_x(l) = self%real_x(l) - self%f_lambda(k)*lambda(i)
+               end do
+            end do
+         end associate
          call self%lu%solve(self%real_x)
          associate (found => self%real_x(self%n_v + self%n_w + 1:))
             change = maxval(abs(found - lambda))
             lambda(:) = found
-            if (change <= 1.0e-12_wp*maxval(abs(found))) return
+            self%jammed = .not. change <= 1.0e-12_wp*maxval(abs(found))
+            if (.not. (self%jammed .and. change <= huge(change))) exit
          end associate
       end do
+      self%f_lambda(:) = 0.0_wp
+      if (self%jammed .and. info /= rhs_cannot) info = rhs_not_solved
    end subroutine start_reactions
 
 end module taut_constrained_implicit

@@ -19,7 +19,11 @@ module taut_constrained_reactions
    use taut_ode_system, only: rhs_ok, rhs_retry
    implicit none (type, external)
    private
-   public :: reactions_t, power_of_reactions
+   public :: reactions_t, power_of_reactions, inconsistent_reactions
+
+   !> What is said of them.
+   character(*), parameter :: inconsistent_reactions = 'no reactions are consistent with the forces that depend on them: '// &
+                                                       'friction that jams'
 
    !> Multipliers are consistent up to this part of the largest; after so many iterations, where S is badly conditioned, up to more.
    real(wp), parameter :: tolerance = 1.0e-12_wp, lax = 1.0e-9_wp
@@ -183,7 +187,7 @@ contains
       character(:), allocatable, intent(out) :: text
 
       text = ''
-      if (self%failed) text = 'no reactions are consistent with the forces that depend on them: friction that jams'
+      if (self%failed) text = inconsistent_reactions
    end subroutine explain
 
 end module taut_constrained_reactions

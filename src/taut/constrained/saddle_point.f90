@@ -2,9 +2,9 @@
 !!
 !! Newton's equations, with d/dt replaced by a number s, are solved in two steps. With u = s dx - dv, the first is
 !! W u + A^T dmu = -W rx, A u = rpsi - s rphi; the second
-!! (M s^2 + D s + K) dx + A^T dlambda = -rv + (M s + D) u, A dx = -rphi, with dsigma = k B (dx + tau dv) + rsigma eliminated into
-!! K, D and the right-hand side. Redundant rows are left out of both, so that neither
-!! matrix is singular. In methods of second order, s of dv is another number than that of dx.
+!! (M s^2 + D s + K) dx + (A^T - G) dlambda = -rv + (M s + D) u, A dx = -rphi, with dsigma = k B (dx + tau dv) + rsigma
+!! eliminated into K, D and the right-hand side, and G what forces make of the multipliers that they depend on. Redundant rows are
+!! left out of both, so that neither matrix is singular. In methods of second order, s of dv is another number than that of dx.
 module taut_constrained_saddle_point
    use taut_kinds, only: wp
    use taut_constrained_coupling, only: coupling_t
@@ -17,7 +17,7 @@ module taut_constrained_saddle_point
    use taut_ode_system, only: ode_system_t, rhs_cannot, rhs_ok, rhs_retry, stage_equations_t
    implicit none (type, external)
    private
-   public :: saddle_point_t
+   public :: saddle_point_t, entries_of_row, column_of, place_of
 
    !> The matrix at a state, and factors for one real and one complex number s; what it is made of is filled in by an extension.
    type, abstract, extends(stage_equations_t) :: saddle_point_t
@@ -46,6 +46,8 @@ module taut_constrained_saddle_point
       real(wp), allocatable :: k(:), d(:), mass(:), soft_k(:), soft_d(:)
       !> df/dw, dg/dx, dg/dv, dg/dw.
       real(wp), allocatable :: f_w(:, :), g_x(:, :), g_v(:, :), g_w(:, :)
+      !> df/dlambda, G, in the pattern of A^T: zero where no force depends on the multipliers.
+      real(wp), allocatable :: f_lambda(:)
       !> Strains or forces of the elastic rows; workspace.
       real(wp), allocatable :: strain(:)
       !> The saddle-point matrix for a real and for a complex number s.
@@ -83,6 +85,7 @@ contains
       allocate (self%k(nnz), self%d(nnz), self%mass(nnz), self%soft_k(nnz), self%soft_d(nnz), source=0.0_wp)
       allocate (self%f_w(self%n_v, self%n_w), self%g_x(self%n_w, self%n_v), self%g_v(self%n_w, self%n_v), &
                 self%g_w(self%n_w, self%n_w), source=0.0_wp)
+      allocate (self%f_lambda(size(self%projector%linear%a%values)), source=0.0_wp)
       allocate (self%kept(self%c), source=.true.)
       allocate (self%strain(self%n_e), self%part_x(self%n_x), self%part_v(self%n_v), self%part_c(self%c), self%part_e(self%n_e), &
                 self%other_x(self%n_x), self%other_v(self%n_v), self%other_c(self%c), self%other_e(self%n_e), self%mu(self%c), &
@@ -131,7 +134,9 @@ contains
 
    !> Number of entries of a row.
    pure integer function entries_of_row(a, i)
+      !> The matrix.
       type(csr_t), intent(in) :: a
+      !> The row.
       integer, intent(in) :: i
 
       if (a%full) then
@@ -143,8 +148,12 @@ contains
 
    !> Column of the j-th entry of a row.
    pure integer function column_of(a, i, j)
+      !> The matrix.
       type(csr_t), intent(in) :: a
-      integer, intent(in) :: i, j
+      !> The row.
+      integer, intent(in) :: i
+      !> Which of its entries.
+      integer, intent(in) :: j
 
       if (a%full) then
          column_of = j
@@ -153,17 +162,21 @@ contains
       end if
    end function column_of
 
-   !> Value of the j-th entry of a row.
-   pure real(wp) function value_of(a, i, j)
+   !> Where the j-th entry of a row is.
+   pure integer function place_of(a, i, j)
+      !> The matrix.
       type(csr_t), intent(in) :: a
-      integer, intent(in) :: i, j
+      !> The row.
+      integer, intent(in) :: i
+      !> Which of its entries.
+      integer, intent(in) :: j
 
       if (a%full) then
-         value_of = a%values((i - 1)*a%n + j)
+         place_of = (i - 1)*a%n + j
       else
-         value_of = a%values(a%first(i) + j - 1)
+         place_of = a%first(i) + j - 1
       end if
-   end function value_of
+   end function place_of
 
    !> M in the pattern of the coupling.
    subroutine entries_of_mass(self)
@@ -255,8 +268,7 @@ contains
    pure subroutine fill(self, s)
       class(saddle_point_t), intent(inout) :: self
       complex(wp), intent(in) :: s
-      integer :: i, j, p
-      real(wp) :: value
+      integer :: i, j, k, p
 
       p = size(self%k)
       self%complex_values(:p) = (self%mass*(self%second*s) + self%d)*s + self%k
@@ -275,10 +287,9 @@ contains
       associate (a => self%projector%linear%a)
          do i = 1, self%c
             do j = 1, entries_of_row(a, i)
-               value = 0.0_wp
-               if (self%kept(i)) value = value_of(a, i, j)
-               self%complex_values(p + 1) = value
-               self%complex_values(p + 2) = value
+               k = place_of(a, i, j)
+               self%complex_values(p + 1:p + 2) = (0.0_wp, 0.0_wp)
+               if (self%kept(i)) self%complex_values(p + 1:p + 2) = [a%values(k), a%values(k) - self%f_lambda(k)]
                p = p + 2
             end do
             p = p + 1
@@ -457,7 +468,7 @@ contains
 
       product = (0.0_wp, 0.0_wp)
       do j = 1, entries_of_row(a, i)
-         product = product + value_of(a, i, j)*x(column_of(a, i, j))
+         product = product + a%values(place_of(a, i, j))*x(column_of(a, i, j))
       end do
    end function row_times
 
@@ -568,8 +579,8 @@ contains
                of_c(i) = 0.0_wp
                do l = 1, entries_of_row(a, i)
                   j = column_of(a, i, l)
-                  of_c(i) = of_c(i) + last_place*abs(value_of(a, i, l)*v(j))
-                  of_v(j) = of_v(j) + last_place*abs(value_of(a, i, l)*z(i))
+                  of_c(i) = of_c(i) + last_place*abs(a%values(place_of(a, i, l))*v(j))
+                  of_v(j) = of_v(j) + last_place*abs(a%values(place_of(a, i, l))*z(i))
                end do
             end do
             do i = 1, self%n_e
