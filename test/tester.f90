@@ -48,6 +48,7 @@ program tester
    use test_radau, only: collect_radau
    use test_read_mechanism, only: collect_read_mechanism
    use test_restart, only: collect_restart
+   use test_reduced, only: collect_reduced
    use test_rank, only: collect_rank, collect_rank_study
    use test_reactions, only: collect_reactions
    use test_ritz, only: collect_ritz
@@ -149,6 +150,7 @@ program tester
    call run_suite('mechanism motion', collect_mechanism_motion(), trim(only), outcome)
    call run_suite('mechanism drives', collect_mechanism_drives(), trim(only), outcome)
    call run_suite('mechanism equivalents', collect_mechanism_equivalents(), trim(only), outcome)
+   call run_suite('reduced', collect_reduced(), trim(only), outcome)
    call run_suite('mechanism redundancy', collect_mechanism_redundancy(), trim(only), outcome)
    ! Slow ones, run by name.
    if (only == 'rank study') call run_suite('rank study', collect_rank_study(), trim(only), outcome)

@@ -132,7 +132,7 @@ module taut_constrained_method
       procedure :: sample_reactions
       procedure :: serialize
       procedure :: serialize_own => nothing_to_serialize
-      procedure, non_overridable :: begin_balance
+      procedure :: begin
       procedure, non_overridable :: find_power
       procedure, non_overridable :: is_at
       procedure, non_overridable :: find_violations
@@ -143,7 +143,7 @@ module taut_constrained_method
    interface
 
       !> Why the last evaluation or projection failed.
-      module subroutine failure(self, text)
+      recursive module subroutine failure(self, text)
          !> The formulation.
          class(constrained_ode_t), intent(in) :: self
          !> One line.
@@ -165,7 +165,7 @@ module taut_constrained_method
       end subroutine find_fault
 
       !> What is to be said of the motion so far that is no error: drives that begin or stop at once strike blows.
-      module subroutine remark(self, text)
+      recursive module subroutine remark(self, text)
          !> The formulation.
          class(constrained_ode_t), intent(in) :: self
          !> One line without commas; empty if there is nothing.
@@ -216,8 +216,8 @@ module taut_constrained_method
 
 contains
 
-   !> Sets a system and a method together; nothing is allocated afterwards.
-   subroutine init(self, model, method, error)
+   !> Sets a system and a method together; nothing is allocated afterwards. A method that holds another one sets it up with it.
+   recursive subroutine init(self, model, method, error)
       !> The formulation, new.
       class(constrained_ode_t), intent(inout) :: self
       !> The system, its sizes checked; copied.
@@ -457,13 +457,15 @@ contains
       call self%project(t, y, inside_step, stale, info)
    end subroutine strike
 
-   !> Energy is balanced if the system states it and the power of what changes it.
-   subroutine begin_balance(self, at)
+   !> Gets ready for a motion: finds out how large the system is, and whether its energy is balanced, as it is if the system states it
+   !! and the power of what changes it.
+   subroutine begin(self, at)
       !> The formulation.
       class(constrained_ode_t), intent(inout) :: self
       !> Initial state.
       type(state_t), intent(in) :: at
 
+      call self%projector%lay_yardstick(self%model, at)
       call self%blows%forget()
       self%has_integral = ieee_is_finite(self%model%energy(at)) .and. ieee_is_finite(self%model%power(at))
       if (.not. self%has_integral) return
@@ -471,7 +473,7 @@ contains
       call self%m%multiply(at%v, self%vdot)
       self%integral_scale = 0.5_wp*dot_product(at%v, self%vdot)
       self%integral_unit = 0.5_wp*self%m%trace()
-   end subroutine begin_balance
+   end subroutine begin
 
    !> Power of what changes the energy, at the state of an evaluation: that of the system's own, of forces that depend on reactions,
    !! and of its drives, -lambda^T b'. Where constraints leave no freedom, a motion has no error by which to judge a step: its work
@@ -572,7 +574,7 @@ contains
    end subroutine later_corrections
 
    !> Passes through an archive what is remembered from one step to the next; everything else follows from t and y.
-   subroutine serialize(self, archive)
+   recursive subroutine serialize(self, archive)
       !> The formulation.
       class(constrained_ode_t), intent(inout) :: self
       !> The archive.

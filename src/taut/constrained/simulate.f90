@@ -69,11 +69,11 @@ contains
 
       if (present(method)) chosen = method
       if (present(options)) settings = options
-      call new_constrained_ode(self%ode, model, chosen, error)
-      if (allocated(error)) return
-      call leave_out(self%ode, settings)
       call choose_constrained_stepper(settings, chosen, stepper, error)
       if (allocated(error)) return
+      call new_constrained_ode(self%ode, model, chosen, error, stepper)
+      if (allocated(error)) return
+      call leave_out(self%ode, settings)
       call self%integrator%init(self%ode%size(), settings, error, stepper)
       if (allocated(error)) return
       allocate (self%y(self%ode%size()), source=0.0_wp)
@@ -124,8 +124,7 @@ contains
       if (present(start)) start = report
       if (allocated(error)) return
       call self%ode%pack(self%at, self%y)
-      call self%ode%projector%lay_yardstick(self%ode%model, self%at)
-      call self%ode%begin_balance(self%at)
+      call self%ode%begin(self%at)
       call self%integrator%run(self%ode, self%at%t, self%y, t_end, self%result, observer, events, pause)
       if (self%result%status == status_not_started .and. allocated(self%result%error)) then
          call move_alloc(self%result%error, error)

@@ -65,7 +65,9 @@ contains
                strength(i) = norm2(rows(:, i))
                strength(j) = norm2(rows(:, j))
                cross = dot_product(rows(:, i), rows(:, j))
-               if (abs(cross) <= 4.0_wp*epsilon(1.0_wp)*strength(i)*strength(j)) cycle
+               ! What is left of dependent vectors may be too small to be divided by.
+               if (abs(cross) <= 4.0_wp*max(epsilon(1.0_wp)*strength(i)*strength(j), &
+                                            tiny(1.0_wp)*max(strength(i), strength(j))**2)) cycle
                turned = .true.
                zeta = 0.5_wp*(strength(j) - strength(i))*(strength(j) + strength(i))/cross
                tangent = sign(1.0_wp, zeta)/(abs(zeta) + hypot(1.0_wp, zeta))

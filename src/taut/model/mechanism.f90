@@ -6,6 +6,7 @@ module taut_model_mechanism
    use taut_kinds, only: wp
    use taut_error, only: error_t
    use taut_constrained_system, only: state_t
+   use taut_constrained_system_reducible, only: reduction_t
    use taut_constrained_system_tables, only: magnitude_t, name_length, quantity_t, tabulated_system_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_beam_element, only: beam_element_t
@@ -94,6 +95,8 @@ module taut_model_mechanism
       integer, allocatable :: first(:), column(:), source(:)
    contains
       procedure :: complete
+      procedure :: reduce
+      procedure :: pins_of
       procedure :: start_state
       procedure :: pose_of
       procedure :: angle_of
@@ -149,6 +152,25 @@ module taut_model_mechanism
          !> Bodies or joints that make no sense.
          type(error_t), allocatable, intent(inout) :: error
       end subroutine complete
+   end interface
+
+   ! What moves of it.
+   interface
+      !> The same mechanism with bodies that turn about a point of the ground, in the plane; of an extension nothing is known.
+      module subroutine reduce(self, reduction)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> The smaller one; not allocated if no body does.
+         class(reduction_t), allocatable, intent(out) :: reduction
+      end subroutine reduce
+
+      !> The joint by which each body turns about a point of the ground.
+      pure module function pins_of(self) result(joint)
+         !> The mechanism.
+         class(mechanism_t), intent(in) :: self
+         !> Its number; 0: the body does not: (bodies).
+         integer :: joint(size(self%bodies))
+      end function pins_of
    end interface
 
    ! Where its bodies are.

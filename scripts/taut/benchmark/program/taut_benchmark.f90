@@ -2,9 +2,10 @@
 !!
 !!     taut_benchmark PROBLEM SIZE METHOD RTOL ATOL MAX_STEP T_END SECONDS
 !!
-!! METHOD is a name of `method_names`; `-stage-none` behind it turns the projection of stages off, `-phi` leaves of the system
-!! phi alone, and the name of an integrator behind that takes it. MAX_STEP [s] of 0 is none. Runs are repeated until SECONDS of processor time are spent; with 0 there is
-!! one. Printed are a line of names, one of numbers (steps, right-hand sides, Jacobians, processor time of the fastest run [s]),
+!! METHOD is a name of `method_names`; `-stage-none` behind it turns the projection of stages off, `-whole` has all coordinates
+!! of a system computed that has a smaller one, `-phi` leaves of the system phi alone, and the name of an integrator behind that
+!! takes it. MAX_STEP [s] of 0 is none. Runs are repeated until SECONDS of processor time are spent; with 0 there is one. Printed
+!! are a line of names, one of numbers (steps, right-hand sides, Jacobians, processor time of the fastest run [s]),
 !! and the last state {x; v}, a number a line.
 program taut_benchmark
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
@@ -127,6 +128,11 @@ contains
          call phi_alone(start, model, error)
          if (allocated(error)) return
       end if
+      i = index(method%name, '-whole')
+      if (i > 0) then
+         method%name = method%name(:i - 1)
+         method%reduce = .false.
+      end if
       i = index(method%name, '-stage-none')
       if (i > 0) then
          method%name = method%name(:i - 1)
@@ -135,8 +141,8 @@ contains
       options%rtol = rtol
       options%atol = atol
       if (max_step > 0.0_wp) options%max_step = max_step
-      call new_constrained_ode(ode, model, method, error)
-      if (.not. allocated(error)) call choose_constrained_stepper(options, method, stepper, error)
+      call choose_constrained_stepper(options, method, stepper, error)
+      if (.not. allocated(error)) call new_constrained_ode(ode, model, method, error, stepper)
       if (.not. allocated(error)) call integrator%init(ode%size(), options, error, stepper)
       if (allocated(error)) return
       allocate (y(ode%size()), y_start(ode%size()))

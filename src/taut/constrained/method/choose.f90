@@ -16,10 +16,14 @@ module taut_constrained_method_choose
    use taut_constrained_method_options, only: method_t
    use taut_constrained_method_penalty, only: penalty_t
    use taut_constrained_method_present, only: present_t
+   use taut_constrained_method_reduced, only: find_reduction, reduced_t
    use taut_constrained_method_udwadia_kalaba, only: udwadia_kalaba_t
    use taut_constrained_method_unconstrained, only: unconstrained_t
    use taut_constrained_method_yu_chen, only: yu_chen_t
    use taut_constrained_system, only: mechanical_system_t
+   use taut_constrained_system_reducible, only: reduction_t
+   use taut_ode_stepper, only: stepper_t
+   use taut_ode_stepper_explicit_pair, only: explicit_pair_t
    implicit none (type, external)
    private
    public :: new_constrained_ode, check_method
@@ -27,7 +31,7 @@ module taut_constrained_method_choose
 contains
 
    !> A constrained system with a method, ready to be integrated.
-   subroutine new_constrained_ode(ode, model, method, error)
+   subroutine new_constrained_ode(ode, model, method, error, stepper)
       !> The formulation.
       class(constrained_ode_t), allocatable, intent(out) :: ode
       !> The system; copied.
@@ -36,9 +40,25 @@ contains
       type(method_t), intent(in) :: method
       !> Sizes or options that are not valid.
       type(error_t), allocatable, intent(inout) :: error
+      !> What integrates it, if that is known: explicit formulas ask for derivatives alone, which may be those of a smaller system
+      !! with the same motion.
+      class(stepper_t), intent(in), optional :: stepper
+      class(reduction_t), allocatable :: reduction
+      type(reduced_t), allocatable :: reduced
 
       call model%check_sizes(error)
       call make(ode, method, error)
+      if (present(stepper) .and. .not. allocated(error)) then
+         select type (stepper)
+         class is (explicit_pair_t)
+            call find_reduction(model, method, reduction)
+         end select
+      end if
+      if (allocated(reduction)) then
+         allocate (reduced)
+         call move_alloc(reduction, reduced%reduction)
+         call move_alloc(reduced, ode)
+      end if
       if (.not. allocated(error)) call ode%init(model, method, error)
    end subroutine new_constrained_ode
 

@@ -4,7 +4,7 @@ module taut_constrained_system_tables
    use taut_kinds, only: wp
    use taut_error, only: to_text
    use taut_constrained_system, only: mechanical_system_t, state_t
-   use taut_constrained_system_stiff, only: stiff_system_t
+   use taut_constrained_system_reducible, only: reducible_system_t
    implicit none (type, external)
    private
    public :: tabulated_system_t, magnitude_t, quantity_t, name_length, coordinate_name, velocity_name
@@ -32,7 +32,7 @@ module taut_constrained_system_tables
    end type magnitude_t
 
    !> A system with something to say in tables. Everything has a default, so that any system can be one.
-   type, abstract, extends(stiff_system_t) :: tabulated_system_t
+   type, abstract, extends(reducible_system_t) :: tabulated_system_t
       !> Numbers that the system computes at a state besides the standard ones.
       integer :: n_outputs = 0
       !> Functions of the state whose sign changes are events.

@@ -5,6 +5,7 @@ module taut_model_mechanism_assembly
    use taut_constrained_method_options, only: method_t
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: state_t
+   use taut_linalg_null_space, only: null_space
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: body_planar, body_spatial, entry_of_velocity, pose_t, turned, turned_back, &
                                         velocities_of_kind
@@ -232,6 +233,7 @@ contains
       call model%jacobian(at, a)
       call model%velocity_rhs(at, b)
       b = b - matmul(a, at%v)
+      call share_among_dependent(a, b)
       violation = maxval(abs(b))
       limit = max(1.0e-8_wp, 1.0e-6_wp*violation)
       contradicts = .false.
@@ -253,6 +255,23 @@ contains
          end associate
       end do
    end subroutine contradicting_velocities
+
+   !> What no velocities can mend is all that is left, shared by the rows that contradict each other: a solver may have left it all to
+   !! one of them. What is held leaves more, as it is.
+   subroutine share_among_dependent(a, b)
+      real(wp), intent(in) :: a(:, :)
+      real(wp), intent(inout) :: b(:)
+      !> Rows up to which a dense matrix is taken apart.
+      integer, parameter :: most = 500
+      real(wp), allocatable :: inverse(:, :), shared(:), z(:, :)
+      integer :: info, rank
+
+      if (size(b) > most) return
+      call null_space(transpose(a), z, inverse, rank, info)
+      if (info /= 0) return
+      shared = matmul(z, matmul(b, z))
+      if (maxval(abs(shared)) > 1.0e-6_wp*maxval(abs(b))) b(:) = shared
+   end subroutine share_among_dependent
 
    !> The joint that is violated most.
    subroutine worst_joint(model, at, joint, violation)

@@ -1,7 +1,8 @@
 !> Bodies of a mechanism: rigid bodies and point masses, in space or in the plane x-y.
 !!
 !! Coordinates and velocities of a body in space are {center of mass (3), unit quaternion (4)} and {velocity in global axes (3),
-!! angular velocity in BODY axes (3)}; in the plane {x, y, angle} and {vx, vy, w}; of a point mass its position and velocity.
+!! angular velocity in BODY axes (3)}; in the plane {x, y, angle} and {vx, vy, w}; of a point mass its position and velocity;
+!! of a body that turns about a point of the ground in the plane its angle and w, with that point in the place of its center of mass.
 !! Joints and loads see all of them through `pose_t` and through the six entries of a force in {global, body} axes, of which
 !! each kind of body has some.
 module taut_model_mechanism_body
@@ -13,15 +14,15 @@ module taut_model_mechanism_body
    private
    public :: body_t, pose_t, ground_pose, point_motion
    public :: turned, turned_back
-   public :: body_spatial, body_planar, body_point, body_planar_point
+   public :: body_spatial, body_planar, body_point, body_planar_point, body_pinned
    public :: coordinates_of_kind, velocities_of_kind, entry_of_velocity
 
-   integer, parameter :: body_spatial = 1, body_planar = 2, body_point = 3, body_planar_point = 4
+   integer, parameter :: body_spatial = 1, body_planar = 2, body_point = 3, body_planar_point = 4, body_pinned = 5
    !> Numbers of coordinates and velocities of each kind.
-   integer, parameter :: coordinates_of_kind(4) = [7, 3, 3, 2], velocities_of_kind(4) = [6, 3, 3, 2]
+   integer, parameter :: coordinates_of_kind(5) = [7, 3, 3, 2, 1], velocities_of_kind(5) = [6, 3, 3, 2, 1]
    !> Which of the six entries belongs to a velocity, by kind: (6, kind).
-   integer, parameter :: entry_of_velocity(6, 4) = reshape([1, 2, 3, 4, 5, 6, 1, 2, 6, 0, 0, 0, 1, 2, 3, 0, 0, 0, &
-                                                            1, 2, 0, 0, 0, 0], [6, 4])
+   integer, parameter :: entry_of_velocity(6, 5) = reshape([1, 2, 3, 4, 5, 6, 1, 2, 6, 0, 0, 0, 1, 2, 3, 0, 0, 0, &
+                                                            1, 2, 0, 0, 0, 0, 6, 0, 0, 0, 0, 0], [6, 5])
 
    !> A body.
    type :: body_t
@@ -33,6 +34,9 @@ module taut_model_mechanism_body
       real(wp) :: m = 0.0_wp
       !> Moments of inertia about the center of mass, in body axes: (3, 3) [kg m^2].
       real(wp) :: j(3, 3) = 0.0_wp
+      !> `body_pinned`: the center of mass in body axes, from the point about which it turns [m]; `j` is about that point, and it
+      !! is `position`.
+      real(wp) :: center(3) = 0.0_wp
       !> Where its coordinates and velocities are: index before the first.
       integer :: before_x = 0, before_v = 0
       !> At the start: center of mass [m], unit quaternion, velocity [m/s], angular velocity in body axes [rad/s].
@@ -45,6 +49,7 @@ module taut_model_mechanism_body
       integer :: axis = 1
    contains
       procedure :: check
+      procedure :: pin
       procedure :: start
       procedure :: pose
       procedure :: diagonal
@@ -60,7 +65,7 @@ module taut_model_mechanism_body
 
    !> Where a body is and how it moves.
    type :: pose_t
-      !> Center of mass [m], and rotation from body to global axes.
+      !> Center of mass (of a pinned body the point about which it turns) [m], and rotation from body to global axes.
       real(wp) :: p(3), r(3, 3)
       !> Its velocity [m/s], and angular velocity in body axes [rad/s].
       real(wp) :: v(3), w(3)
@@ -176,6 +181,22 @@ contains
       end do
    end function positive_semidefinite
 
+   !> Lets a body in the plane turn about a point.
+   pure subroutine pin(self, point, place)
+      !> The body; points in its axes are counted from that point on.
+      class(body_t), intent(inout) :: self
+      !> The point, in body axes [m].
+      real(wp), intent(in) :: point(3)
+      !> Where it is [m].
+      real(wp), intent(in) :: place(3)
+
+      self%kind = body_pinned
+      self%center = -point
+      self%position = place
+      self%velocity = 0.0_wp
+      self%j(3, 3) = self%j(3, 3) + self%m*(point(1)**2 + point(2)**2)
+   end subroutine pin
+
    !> Puts its start into a state.
    pure subroutine start(self, x, v)
       !> The body.
@@ -192,6 +213,8 @@ contains
             x(i_x + 1:i_x + 7) = [self%position, self%orientation]
          case (body_planar)
             x(i_x + 1:i_x + 3) = [self%position(1:2), 2.0_wp*atan2(self%orientation(4), self%orientation(1))]
+         case (body_pinned)
+            x(i_x + 1) = 2.0_wp*atan2(self%orientation(4), self%orientation(1))
          case (body_point)
             x(i_x + 1:i_x + 3) = self%position
          case default
@@ -225,6 +248,8 @@ contains
             call spatial_pose(x(i_x + 1:i_x + 7), v(i_v + 1:i_v + 6), it)
          case (body_planar)
             call planar_pose(x(i_x + 1:i_x + 3), v(i_v + 1:i_v + 3), it)
+         case (body_pinned)
+            call planar_pose([self%position(1:2), x(i_x + 1)], [0.0_wp, 0.0_wp, v(i_v + 1)], it)
          case default
             call ground_pose(it)
             do i = 1, velocities_of_kind(self%kind)
@@ -276,11 +301,13 @@ contains
    end function diagonal
 
    !> Gravity and the gyroscopic moments: sets its part of f.
-   pure subroutine inertial_force(self, gravity, v, f)
+   pure subroutine inertial_force(self, gravity, x, v, f)
       !> The body.
       class(body_t), intent(in) :: self
       !> Gravity [m/s^2].
       real(wp), intent(in) :: gravity(3)
+      !> All coordinates.
+      real(wp), intent(in) :: x(:)
       !> All velocities.
       real(wp), intent(in) :: v(:)
       !> All generalized forces.
@@ -293,6 +320,8 @@ contains
             f(i_v + i) = 0.0_wp
             if (entry_of_velocity(i, self%kind) <= 3) f(i_v + i) = self%m*gravity(entry_of_velocity(i, self%kind))
          end do
+         if (self%kind == body_pinned .and. any(abs(gravity) > 0.0_wp)) &
+            f(i_v + 1) = self%m*moment_of_weight(self%center, gravity, x(self%before_x + 1))
          if (self%kind /= body_spatial) return
          do i = 1, 3
             w(i) = v(i_v + 3 + i)
@@ -303,6 +332,16 @@ contains
          f(i_v + 6) = w(2)*h(1) - w(1)*h(2)
       end associate
    end subroutine inertial_force
+
+   !> Moment of gravity on a mass of 1 about a point, in the plane.
+   pure real(wp) function moment_of_weight(center, gravity, angle) result(moment)
+      real(wp), intent(in) :: center(3), gravity(3), angle
+      real(wp) :: c, s
+
+      c = cos(angle)
+      s = sin(angle)
+      moment = (c*center(1) - s*center(2))*gravity(2) - (s*center(1) + c*center(2))*gravity(1)
+   end function moment_of_weight
 
    !> Adds a force in global axes that acts at a point given in body axes.
    pure subroutine add_force(self, it, point, force, f)

@@ -12,7 +12,7 @@ contains
       integer :: i
 
       do i = 1, size(self%bodies)
-         call self%bodies(i)%inertial_force(self%gravity, at%v, value)
+         call self%bodies(i)%inertial_force(self%gravity, at%x, at%v, value)
       end do
       do i = 1, size(self%loads)
          call add_load(self, self%loads(i), at, value)
@@ -30,7 +30,7 @@ contains
       integer :: i
 
       do i = 1, size(self%bodies)
-         call self%bodies(i)%inertial_force(self%gravity, at%v, value)
+         call self%bodies(i)%inertial_force(self%gravity, at%x, at%v, value)
       end do
       do i = 1, size(self%loads)
          call add_load(self, self%loads(i), at, value)
@@ -49,7 +49,8 @@ contains
       energy = 0.0_wp
       do i = 1, size(self%bodies)
          call self%bodies(i)%pose(at%x, at%v, one)
-         energy = energy + self%bodies(i)%kinetic_energy(at%v) - self%bodies(i)%m*dot_product(self%gravity, one%p)
+         energy = energy + self%bodies(i)%kinetic_energy(at%v) - &
+                  self%bodies(i)%m*dot_product(self%gravity, one%p + turned(one%r, self%bodies(i)%center))
       end do
       do i = 1, size(self%springs)
          associate (spring => self%springs(i))

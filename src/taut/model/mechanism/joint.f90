@@ -7,12 +7,13 @@ module taut_model_mechanism_joint
    use taut_error, only: error_t, raise
    use taut_model_mechanism_body, only: pose_t, turned, turned_back
    use taut_model_mechanism_joint_table, only: in_plane, in_space, joint_kinds, type_coordinate, type_distance, type_spherical
-   use taut_model_mechanism_row, only: row_angle, row_contact, row_distance, row_dot, row_knife, row_offset, row_rolling, row_t
+   use taut_model_mechanism_row, only: row_angle, row_contact, row_distance, row_dot, row_knife, row_offset, row_point, &
+                                        row_rolling, row_t
    use taut_rotation, only: cross
    implicit none (type, external)
    private
    public :: joint_t, joint_rows, joint_frames, joint_angle, joint_displacement, joint_angle_rate, drawn_angle, nearest_turn
-   public :: has_angle, has_displacement
+   public :: has_angle, has_displacement, keeps_points_together
 
    !> A joint.
    type :: joint_t
@@ -34,6 +35,8 @@ module taut_model_mechanism_joint
       integer :: counter = 0
       !> In the plane, where angles of bodies count turns: its angle less the difference of theirs, about its axis [rad].
       real(wp) :: offset = 0.0_wp
+      !> Whether its points are together by themselves: one of its bodies turns about them.
+      logical :: pins = .false.
       !> Functions that drive its angle and its displacement (also: distance, coordinate); 0: none.
       integer :: angle_drive = 0, drive = 0
       !> Its rows: those with a position level, and those without.
@@ -49,6 +52,14 @@ contains
 
       has_angle = joint_kinds(joint%type)%has_angle
    end function has_angle
+
+   !> Whether its points are together.
+   pure logical function keeps_points_together(joint) result(answer)
+      !> The joint.
+      type(joint_t), intent(in) :: joint
+
+      answer = joint%type /= type_coordinate .and. any(joint_kinds(joint%type)%rows%kind == row_point)
+   end function keeps_points_together
 
    !> Whether it has a displacement to be shown.
    pure logical function has_displacement(joint)
@@ -148,7 +159,8 @@ contains
          if (allocated(error)) return
          do i = 1, size(kind%rows)
             associate (plan => kind%rows(i))
-               if (plan%kind == 0 .or. (planar .and. plan%where == in_space) .or. (.not. planar .and. plan%where == in_plane)) cycle
+               if (plan%kind == 0 .or. (planar .and. plan%where == in_space) .or. (.not. planar .and. plan%where == in_plane) .or. &
+                   (joint%pins .and. plan%kind == row_point)) cycle
                call add(plan%kind, axis(joint%frame_1, plan%a), axis(joint%frame_2, plan%b), axis(joint%frame_1, plan%side), &
                         merge(joint%drive, 0, kind%drives_own_row))
             end associate

@@ -1,6 +1,6 @@
 !> Where the bodies of a mechanism are, how they move, and their masses.
 submodule(taut_model_mechanism) taut_model_mechanism_motion
-   use taut_model_mechanism_body, only: body_planar, body_spatial, ground_pose
+   use taut_model_mechanism_body, only: body_pinned, body_planar, body_spatial, ground_pose
    use taut_model_mechanism_joint, only: drawn_angle, joint_angle, joint_angle_rate, nearest_turn
    use taut_rotation, only: matrix_of_quaternion
    implicit none (type, external)
@@ -53,6 +53,7 @@ contains
       angle = 0.0_wp
       if (body == 0) return
       if (self%bodies(body)%kind == body_planar) angle = x(self%bodies(body)%before_x + 3)
+      if (self%bodies(body)%kind == body_pinned) angle = x(self%bodies(body)%before_x + 1)
    end function planar_angle
 
    !> Poses of the bodies of a joint at coordinates and velocities.

@@ -70,6 +70,7 @@ contains
                     trim(counted(size(model%joints), 'joint', 'joints'))//': '// &
                     to_text(model%n)//' velocities, '//trim(counted(model%c, 'constraint', 'constraints'))//' of rank '// &
                     to_text(rank)//', '//trim(counted(report%freedoms, 'degree', 'degrees'))//' of freedom'//nl
+      call tell_pins(model, report%text)
       if (redundant > 0) then
          line = ''
          do i = 1, size(model%joints)
@@ -139,6 +140,32 @@ contains
       end subroutine add
 
    end subroutine report_start
+
+   !> What explicit integrators need not compute.
+   subroutine tell_pins(model, text)
+      type(mechanism_t), intent(in) :: model
+      character(:), allocatable, intent(inout) :: text
+      !> So many are told by their names.
+      integer, parameter :: most = 6
+      integer :: b, pin(size(model%bodies)), told
+
+      pin = model%pins_of()
+      if (all(pin == 0)) return
+      told = 0
+      text = text//'with an explicit integrator '//trim(counted(model%n - 2*count(pin > 0), 'velocity', 'velocities'))//' and '// &
+             trim(counted(model%c - 2*count(pin > 0), 'constraint', 'constraints'))//' are computed, the rest follows:'
+      do b = 1, size(pin)
+         if (pin(b) == 0) cycle
+         told = told + 1
+         if (told > most) then
+            text = text//' and '//to_text(count(pin > 0) - most)//' more turn about the ground'//nl
+            return
+         end if
+         if (told > 1) text = text//','
+         text = text//' '//model%bodies(b)%name//' turns about '//model%joints(pin(b))%name
+      end do
+      text = text//nl
+   end subroutine tell_pins
 
    !> A name in one word.
    pure function underscored(name) result(word)
