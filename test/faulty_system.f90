@@ -2,11 +2,14 @@
 module faulty_system
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use taut, only: block_diagonal_t, mechanical_system_t, state_t, wp
+   use taut_constrained_system, only: not_supplied
    implicit none (type, external)
    private
    public :: faulty_t, planted
 
-   !> Another system, but for its fault: the procedure, row and column, and what an entry is multiplied with.
+   !> Another system, but for its fault: the procedure, row and column, and what an entry is multiplied with. Where that is not all
+   !! of it, the fault has a name: `no b'`, `no b''` (zero), `swapped` (two entries of A), `lacking` (an entry of the pattern),
+   !! `of v` (phi depends on a velocity), `missing` (no procedure for b''), `reactive`, `constant`, `blocks` (claims).
    type, extends(mechanical_system_t) :: faulty_t
       class(mechanical_system_t), allocatable :: right
       character(len=16) :: fault = ''
@@ -46,6 +49,7 @@ contains
       self%column = column
       self%factor = factor
       if (fault == 'constant') self%constant_mass = .true.
+      if (fault == 'reactive') self%reactive = .true.
       if (fault == 'blocks') self%mass_blocks = spread(1, 1, right%n)
    end function planted
 
@@ -95,6 +99,7 @@ contains
 
       call self%right%constraint(at, value)
       call plant(self, 'phi', value)
+      if (self%fault == 'of v') value(self%row) = value(self%row) + self%factor*at%v(self%column)
    end subroutine constraint
 
    subroutine jacobian(self, at, a)
@@ -104,20 +109,34 @@ contains
 
       call self%right%jacobian(at, a)
       call plant(self, 'A', a(:, self%column))
+      if (self%fault == 'swapped') a(self%row, self%column:self%column + 1) = a(self%row, self%column + 1:self%column:-1)
    end subroutine jacobian
 
    subroutine pattern(self, first, column)
       class(faulty_t), intent(in) :: self
       integer, allocatable, intent(out) :: first(:), column(:)
 
-      if (self%fault == 'entries') call self%right%pattern(first, column)
+      if (.not. any(self%fault == [character(len=7) :: 'entries', 'lacking'])) return
+      call self%right%pattern(first, column)
+      if (self%fault == 'entries') return
+      column = [column(:self%row - 1), column(self%row + 1:)]
+      where (first > self%row) first = first - 1
    end subroutine pattern
 
    subroutine jacobian_entries(self, at, values)
       class(faulty_t), intent(in) :: self
       type(state_t), intent(in) :: at
       real(wp), intent(out) :: values(:)
+      real(wp), allocatable :: all_values(:)
+      integer, allocatable :: column(:), first(:)
 
+      if (self%fault == 'lacking') then
+         call self%right%pattern(first, column)
+         allocate (all_values(size(column)))
+         call self%right%jacobian_entries(at, all_values)
+         values(:) = [all_values(:self%row - 1), all_values(self%row + 1:)]
+         return
+      end if
       call self%right%jacobian_entries(at, values)
       call plant(self, 'entries', values)
    end subroutine jacobian_entries
@@ -129,6 +148,7 @@ contains
 
       call self%right%velocity_rhs(at, value)
       call plant(self, 'b''', value)
+      if (self%fault == 'no b''') value(self%row) = 0.0_wp
    end subroutine velocity_rhs
 
    subroutine acceleration_rhs(self, at, value)
@@ -138,6 +158,8 @@ contains
 
       call self%right%acceleration_rhs(at, value)
       call plant(self, 'b''''', value)
+      if (self%fault == 'no b''''') value(self%row) = 0.0_wp
+      if (self%fault == 'missing') value(:) = not_supplied()
    end subroutine acceleration_rhs
 
    subroutine w_rate(self, at, value)
@@ -185,6 +207,7 @@ contains
       real(wp), intent(inout) :: x(:)
 
       call self%right%normalize(x)
+      call plant(self, 'normalize', x)
    end subroutine normalize
 
 end module faulty_system

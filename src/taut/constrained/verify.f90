@@ -9,6 +9,7 @@ module taut_constrained_verify
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
    use taut_constrained_completion, only: completion_t
    use taut_constrained_jacobian, only: evaluate_jacobian, lay_out_jacobian
+   use taut_constrained_verify_claims, only: check_arguments, check_normalize
    use taut_constrained_verify_finding, only: check_set, compare, compare_column, elsewhere, entry_name, finding_t, largest, &
                                               mark_followers, note, scale_of, size_of, take_nearer, unset
    use taut_linalg_block_diagonal, only: block_diagonal_t
@@ -98,7 +99,7 @@ contains
                if (row == 'constraint '//to_text(it%row)) row = ''
             case ('M', 'f', 'H^+')
                row = trim(own_name(velocity_name(model, it%row), 'v', it%row))
-            case ('H')
+            case ('H', 'x')
                row = trim(own_name(coordinate_name(model, it%row), 'x', it%row))
             end select
             if (len(row) > 0) it%message = it%message//'; row '//to_text(it%row)//' is '//row
@@ -189,6 +190,8 @@ contains
       call model%w_rate(here, g)
       call check_set('g', g, findings)
       call check_rates(model, here, allowed, findings)
+      call check_normalize(model, here, allowed, findings)
+      call check_arguments(model, here, allowed, findings)
       call model%constraint(here, phi)
       call check_set('phi', phi, findings)
       call model%jacobian(here, a)

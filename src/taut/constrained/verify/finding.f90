@@ -10,7 +10,7 @@ module taut_constrained_verify_finding
 
    !> One entry that is wrong.
    type :: finding_t
-      !> `A`, `b'`, `b''`, `M`, `phi`, `f`, `g`, `H` or `H^+` (its inverse).
+      !> `A`, `b'`, `b''`, `M`, `phi`, `f`, `g`, `H`, `H^+` (its inverse), or `x`, which `normalize` changes.
       character(len=8) :: what = ''
       !> Row and column, 0 where there is none.
       integer :: row = 0, column = 0
