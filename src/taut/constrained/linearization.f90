@@ -162,6 +162,10 @@ contains
       !> Its state.
       type(state_t), intent(in) :: at
 
+      if (.not. (allocated(self%entries) .or. allocated(self%held))) then
+         call evaluate_jacobian(model, at, self%a)
+         return
+      end if
       if (entries_are_of(self, at)) then
          self%a%values(:) = self%entries
       else
@@ -278,24 +282,27 @@ contains
       !> `rhs_ok` or `rhs_retry`.
       integer, intent(out) :: info
 
-      info = rhs_ok
-      takes_all = .false.
       if (self%all_holonomic) then
-         if (renew) call factorize_with(self, self%onto, self%keeper, noise, info)
-         if (info == rhs_ok) call displace_with(self, self%onto, first, takes_all)
+         call displace_with(self, self%onto, self%keeper, renew, noise, first, takes_all, info)
       else
-         if (renew) call factorize_with(self, self%onto_holonomic, self%keeper_of_holonomic, noise, info)
-         if (info == rhs_ok) call displace_with(self, self%onto_holonomic, first, takes_all)
+         call displace_with(self, self%onto_holonomic, self%keeper_of_holonomic, renew, noise, first, takes_all, info)
       end if
    end subroutine find_displacement
 
    !> The same with a solver.
-   subroutine displace_with(self, onto, first, takes_all)
+   subroutine displace_with(self, onto, keeper, renew, noise, first, takes_all, info)
       type(linearization_t), intent(inout) :: self
       class(normal_solver_t), intent(inout) :: onto
-      logical, intent(in) :: first
+      type(rank_keeper_t), intent(inout) :: keeper
+      logical, intent(in) :: renew, first
+      real(wp), intent(in) :: noise
       logical, intent(out) :: takes_all
+      integer, intent(out) :: info
 
+      info = rhs_ok
+      takes_all = .false.
+      if (renew) call factorize_with(self, onto, keeper, noise, info)
+      if (info /= rhs_ok) return
       self%d(:) = 0.0_wp
       call onto%multipliers(self%phi, self%nu)
       call onto%correction(self%a, self%nu, self%d)

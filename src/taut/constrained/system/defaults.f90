@@ -135,6 +135,7 @@ contains
    module procedure add_displacement
       integer :: i
 
+      !GCC$ unroll 1
       do i = 1, size(d)
          x(i) = x(i) + d(i)
       end do
