@@ -68,10 +68,11 @@ CASES: dict[str, dict[str, Blade]] = {
     },
     "stiff_control": {"present": PRESENT, "penalty": Blade(5481, 542, 1.5, 21.0)},
     "stiff_control_tight": {"present": Blade(374, 8), "penalty": Blade(7808, 1941, 1e-7, 21.0)},
+    "rigid_control": {"present": Blade(614, 22), "penalty": Blade(620, 24, 5e-7)},
     "cyclic": {"baseline": BASELINE, "present": PRESENT, "penalty": PENALTY},
 }
 # The stiffness per revolution of the cases that change it.
-CONTROL = {"soft": 5.5, "stiff": 105.0}
+CONTROL = {"soft": 5.5, "stiff": 105.0, "rigid": 1050.0}
 
 
 def write_helicopter(root: Path, **changed: dict[str, Blade]) -> Path:

@@ -126,6 +126,13 @@ def test_a_stiffer_control_system_that_converges(tmp_path: Path) -> None:
     assert claim.verdict is Verdict.YES
 
 
+def test_implicit_steps_at_any_stiffness(tmp_path: Path) -> None:
+    assert judged(tmp_path, helicopter_claims.implicit_steps).verdict is Verdict.YES
+    for slow in (Blade(700, 24, 5e-7), Blade(620, 24, 1e-2)):
+        claim = judged(tmp_path, helicopter_claims.implicit_steps, rigid_control={"penalty": slow})
+        assert claim.verdict is Verdict.NO
+
+
 def test_drift(tmp_path: Path) -> None:
     claim = judged(tmp_path, helicopter_claims.no_drift, figure10={"penalty": replace(PENALTY, drift=5e-3)})
     assert claim.verdict is Verdict.CONDITION and claim.because == "at a strict tolerance"

@@ -13,15 +13,17 @@ from taut.report.helicopter.measures import (
     third_harmonic,
     tries,
 )
-from taut.report.judgment import ABOUT, NEWTON_TOLERANCE, Row, paper_and_strict
+from taut.report.judgment import ABOUT, NEWTON_TOLERANCE, Row, once, paper_and_strict
 from taut.results import Results
 
 PAPER, OLD, TIGHT, AUTOMATIC = "figure10", "figure10_odepkg", "figure10_tight", "figure10_automatic"
-SOFT, STIFF = "soft_control", "stiff_control"
+SOFT, STIFF, RIGID = "soft_control", "stiff_control", "rigid_control"
 # What is 'essentially' nothing beside something else.
 NOTHING = 1e-2
 # The moment that drives the flap once per revolution, as the paper has it [N m].
 FLAP_MOMENT = 1e4
+# So many more steps than with the constraint are as many.
+AS_MANY = 0.1
 # Angles that are off by less are 'qualitatively comparable'.
 COMPARABLE = 0.25
 
@@ -306,6 +308,22 @@ def flap_amplitude(results: Results) -> Claim:
     )
 
 
+def implicit_steps(results: Results) -> Claim:
+    """Compares implicit steps with a control system far stiffer than the paper's and with the constraint."""
+    case = results.case(RIGID)
+    ratio = case.model["k_c"] / results.case(PAPER).model["k_c"]
+    stiff, constrained = case.steps("penalty"), case.steps("present")
+    left = case.number("penalty", "max_phi")
+    met = abs(stiff / constrained - 1) <= AS_MANY and left < 1e-3 * case.model["length"]
+    return Claim(
+        "Implicit steps do not depend on the stiffness of the control system, which tends to the constraint.",
+        f"{count(round(ratio))} times K_c by Radau IIA at a tolerance of 10⁻⁶: {count(stiff)} steps, "
+        f"and {count(constrained)} with the constraint; |φ| up to {number(left, unit='m')}.",
+        strict=once(met),
+        otherwise="more steps, or another motion",
+    )
+
+
 F10, F11, F12 = (f"helicopter_figure{i}" for i in (10, 11, 12))
 # By the figures that they are read from.
 CLAIMS = (
@@ -323,4 +341,4 @@ CLAIMS = (
     Row(second_harmonic, F12),
     Row(multiplier, F12),
 )
-CHECKS = (Row(flap_amplitude),)
+CHECKS = (Row(flap_amplitude), Row(implicit_steps, cases=(RIGID,)))
