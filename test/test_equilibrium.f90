@@ -1,11 +1,15 @@
 !> Static equilibrium: beams against closed forms and published values, and any other system.
 module test_equilibrium
    use beams, only: slender_beam, swing_beam
+   use mechanism_runs, only: run_t, run_text
    use systems, only: new_coupler, new_particle, two_rods
    use taut_kinds, only: wp
    use taut_error, only: error_t
+   use taut_constrained_coupling, only: coupling_t
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
    use taut_constrained_system, only: state_t
+   use taut_constrained_system_tables, only: velocity_name
+   use taut_constrained_tangent, only: damping, tangent
    use taut_model_beam, only: beam_t, new_beam
    use taut_model_beam_section, only: beam_section_t, new_section
    use taut_model_pendulum, only: new_pendulum, pendulum_t
@@ -32,9 +36,73 @@ contains
                new_test('redundant supports share the reaction', redundant_supports), &
                new_test('a beam hung from two links', hung_beam), &
                new_test('a pendulum finds its lowest point', pendulum), &
+               new_test('what is moved together and alone gives the same stiffness and damping', together), &
                new_test('what cannot be in equilibrium', impossible), &
                new_test('options that make no sense', bad_options)]
    end function collect_equilibrium
+
+   !> A beam that hangs on two links and carries a mass on a joint, with springs and dampers between bodies; bent, and with reactions:
+   !! columns by differences of one velocity each are those that are found together, and no entry is missed.
+   subroutine together(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(run_t) :: run
+      type(coupling_t) :: coupling
+      type(state_t) :: at, near
+      real(wp), allocatable :: a(:, :), c(:, :), d(:), f(:, :), k(:, :), lambda(:)
+      integer, allocatable :: free(:)
+      integer :: i, j
+      real(wp), parameter :: h = 1.0e-5_wp, signs(2) = [1.0_wp, -1.0_wp]
+      character, parameter :: nl = new_line('a')
+
+      call run_text('&mechanism / &gravity acceleration=0.0, 0.0, -9.81 /'//nl// &
+                    '&beam name="n" from=0.0, 0.0, 0.0 to=0.72, 0.0, 0.0 elements=8 young=73e9 density=2700.0 thickness=1e-2 '// &
+                    'width=5e-2 axis_2=0.0, 1.0, 0.0 damping=1e-3 /'//nl// &
+                    '&point_mass name="middle" mass=0.5 position=0.36, 0.0, 0.0 /'//nl// &
+                    '&body name="far" shape="rod" mass=1.0 from=0.36, 0.0, 0.5 to=0.5, 0.0, 0.5 /'//nl// &
+                    '&joint name="pivot" type="spherical" body_1="n5" body_2="middle" /'//nl// &
+                    '&joint name="link1" type="distance" point_1=0.0, 0.36, 0.0 body_2="n1" /'//nl// &
+                    '&joint name="link2" type="distance" point_1=1.08, 0.36, 0.0 body_2="n9" /'//nl// &
+                    '&spring name="s" body_1="far" body_2="middle" stiffness=1e4 damping=10.0 /'//nl// &
+                    '&spring name="d" body_1="far" body_2="n2" preload=3.0 damping=20.0 /'//nl// &
+                    '&integration t_end=1e-3 /'//nl, 1.0e-3_wp, 1.0e-6_wp, run, failure)
+      if (allocated(failure)) return
+      associate (model => run%model)
+         call coupling%init(model)
+         call check(failure, coupling%colors < model%n/2, 'some are moved together')
+         at = run%at
+         allocate (a(model%c, model%n), c(model%n, model%n), d(model%n), f(model%n, 2), k(model%n, model%n))
+         d = 1.0e-2_wp*[(sin(real(i, wp)), i=1, model%n)]
+         call model%displace(d, at%x)
+         at%v = 0.0_wp
+         lambda = [(100.0_wp*cos(real(i, wp)), i=1, model%c)]
+         free = [(i, i=1, model%n)]
+         call tangent(model, at, lambda, free, 0.0_wp, k)
+         call damping(model, at, free, c)
+         near = at
+         do j = 1, model%n
+            do i = 1, 2
+               near%x = at%x
+               d = 0.0_wp
+               d(j) = signs(i)*h
+               call model%displace(d, near%x)
+               call model%normalize(near%x)
+               call model%force(near, f(:, i))
+               call model%jacobian(near, a)
+               f(:, i) = f(:, i) - matmul(lambda, a)
+            end do
+            call check_below(failure, maxval(abs(k(:, j) + (f(:, 1) - f(:, 2))/(2.0_wp*h))), 1.0e-5_wp*maxval(abs(k(:, j))), &
+                             'stiffness of '//trim(velocity_name(model, j)))
+            near%x = at%x
+            do i = 1, 2
+               near%v(j) = signs(i)*h
+               call model%force(near, f(:, i))
+            end do
+            near%v(j) = 0.0_wp
+            call check_below(failure, maxval(abs(c(:, j) + (f(:, 1) - f(:, 2))/(2.0_wp*h))), &
+                             1.0e-5_wp*maxval(abs(c(:, j))) + 1.0e-5_wp, 'damping of '//trim(velocity_name(model, j)))
+         end do
+      end associate
+   end subroutine together
 
    !> A clamped slender beam with a load at its tip, EI = L = 1.
    subroutine cantilever(elements, force, moment, steps, at, failure, result)

@@ -1,8 +1,14 @@
 !> The tangents of a constrained system's forces, by differences, and which velocities are free.
+!!
+!! Displacements that no force sees together are tried together, so that of a system that tells its coupling, such as a beam or a
+!! mechanism, as many evaluations of the forces are enough for any size.
 module taut_constrained_tangent
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
+   use taut_constrained_coupling, only: coupling_t
+   use taut_constrained_jacobian, only: evaluate_jacobian, lay_out_jacobian
    use taut_constrained_system, only: check_supplied, mechanical_system_t, state_t
+   use taut_linalg_csr, only: csr_t
    implicit none (type, external)
    private
    public :: tangent, tangent_errors, damping, free_velocities, ready, default_difference
@@ -31,42 +37,69 @@ contains
       real(wp), intent(in) :: step
       !> The tangent: (free, free), one column for each displacement.
       real(wp), intent(out) :: k(:, :)
+      type(coupling_t) :: coupling
+      type(csr_t) :: a
       type(state_t) :: near
+      logical :: moved(model%n)
       real(wp) :: h, total(model%n, 4)
       real(wp), parameter :: reach(4) = [1.0_wp, -1.0_wp, 2.0_wp, -2.0_wp]
-      integer :: i, j
+      integer :: color, i
 
       h = default_difference
       if (step > 0.0_wp) h = step
       h = h*max(1.0_wp, maxval(abs(at%x)))
       near = at
-      do j = 1, size(free)
+      call coupling%init(model)
+      call lay_out_jacobian(model, a)
+      k = 0.0_wp
+      do color = 1, coupling%colors
+         moved = .false.
+         moved(free) = coupling%color(free) == color
          do i = 1, 4
             call force_near(reach(i)*h, total(:, i))
          end do
-         k(:, j) = -(8.0_wp*(total(free, 1) - total(free, 2)) - (total(free, 3) - total(free, 4)))/(12.0_wp*h)
+         total(:, 1) = -(8.0_wp*(total(:, 1) - total(:, 2)) - (total(:, 3) - total(:, 4)))/(12.0_wp*h)
+         call scatter(coupling, free, moved, total(:, 1), k)
       end do
 
    contains
 
-      !> f - A^T lambda with one velocity's displacement.
+      !> f - A^T lambda with the displacements of a color.
       subroutine force_near(distance, force)
          real(wp), intent(in) :: distance
          real(wp), intent(out) :: force(:)
-         real(wp) :: a(model%c, model%n), d(model%n)
+         real(wp) :: of_constraints(model%n)
 
-         d = 0.0_wp
-         d(free(j)) = distance
          near%x = at%x
-         call model%displace(d, near%x)
+         call model%displace(merge(distance, 0.0_wp, moved), near%x)
          call model%normalize(near%x)
          call model%force(near, force)
          if (model%c == 0) return
-         call model%jacobian(near, a)
-         force = force - matmul(lambda, a)
+         call evaluate_jacobian(model, near, a)
+         of_constraints = 0.0_wp
+         call a%subtract_transposed(lambda, of_constraints)
+         force = force + of_constraints
       end subroutine force_near
 
    end subroutine tangent
+
+   !> Entries of the columns that were tried together, where they belong.
+   pure subroutine scatter(coupling, free, moved, column, k)
+      type(coupling_t), intent(in) :: coupling
+      integer, intent(in) :: free(:)
+      logical, intent(in) :: moved(:)
+      real(wp), intent(in) :: column(:)
+      real(wp), intent(inout) :: k(:, :)
+      integer :: i, l, place(size(moved))
+
+      place = 0
+      place(free) = [(i, i=1, size(free))]
+      do i = 1, size(free)
+         do l = coupling%first(free(i)), coupling%first(free(i) + 1) - 1
+            if (moved(coupling%column(l))) k(i, place(coupling%column(l))) = column(free(i))
+         end do
+      end do
+   end subroutine scatter
 
    !> What other steps of the differences make of K, less K: samples of its error.
    subroutine tangent_errors(model, at, lambda, free, step, k, errors)
@@ -106,20 +139,27 @@ contains
       integer, intent(in) :: free(:)
       !> The damping: (free, free), one column for each velocity.
       real(wp), intent(out) :: c(:, :)
+      type(coupling_t) :: coupling
       type(state_t) :: near
-      real(wp) :: h, total(model%n, 2)
-      integer :: i, j
+      logical :: moved(model%n)
+      real(wp) :: bound, h, total(model%n, 2)
+      integer :: color, i
 
       h = velocity_difference*max(1.0_wp, maxval(abs(at%v)))
       near = at
-      do j = 1, size(free)
+      call coupling%init(model)
+      c = 0.0_wp
+      do color = 1, coupling%colors
+         moved = .false.
+         moved(free) = coupling%color(free) == color
          do i = 1, 2
-            near%v(free(j)) = at%v(free(j)) + merge(h, -h, i == 1)
+            near%v = at%v + merge(merge(h, -h, i == 1), 0.0_wp, moved)
             call model%force(near, total(:, i))
          end do
-         near%v(free(j)) = at%v(free(j))
-         c(:, j) = -(total(free, 1) - total(free, 2))/(2.0_wp*h)
-         where (abs(c(:, j)) <= 10.0_wp*epsilon(h)*maxval(abs(total))/h) c(:, j) = 0.0_wp
+         bound = 10.0_wp*epsilon(h)*maxval(abs(total))/h
+         total(:, 1) = -(total(:, 1) - total(:, 2))/(2.0_wp*h)
+         where (abs(total(:, 1)) <= bound) total(:, 1) = 0.0_wp
+         call scatter(coupling, free, moved, total(:, 1), c)
       end do
    end subroutine damping
 
