@@ -24,6 +24,7 @@ contains
                new_test('every joint of the plane passes the checker', planar_joints_are_consistent), &
                new_test('every function has its derivatives', function_derivatives), &
                new_test('a spline goes through a cubic', spline_is_exact), &
+               new_test('a sum of functions', sum_of_functions), &
                new_test('forces are the derivatives of the energy', forces_have_a_potential), &
                new_test('bodies that cannot be', bad_bodies)]
    end function collect_mechanism
@@ -211,7 +212,8 @@ contains
       real(wp) :: here(3), after(3), before(3), t
       integer :: i, kind
 
-      do kind = 1, size(function_kinds)
+      ! A sum has none of its own.
+      do kind = function_constant, function_table
          g = time_function_t()
          g%name = function_kinds(kind)
          g%kind = kind
@@ -257,6 +259,66 @@ contains
       call g%check(error)
       call check(failure, allocated(error), 'a run-up takes time')
    end subroutine function_derivatives
+
+   !> 10 t + 0.1 sin 20 t, doubled within another sum that is given before it; a loop and a name that is nobody's.
+   subroutine sum_of_functions(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(time_function_t) :: g(5)
+      type(error_t), allocatable :: error
+      real(wp), parameter :: t = 0.37_wp
+      real(wp) :: value(3)
+
+      g(1) = time_function_t(name='twice', kind=function_sum, offset=0.5_wp)
+      g(1)%of = [character(len=len(g(1)%of)) :: 'turning', 'ripple', 'late']
+      g(1)%factors = [2.0_wp, 1.0_wp, 3.0_wp]
+      g(2) = time_function_t(name='steady', kind=function_ramp, rate=10.0_wp)
+      g(3) = time_function_t(name='ripple', kind=function_sine, amplitude=0.1_wp, omega=20.0_wp)
+      g(4) = time_function_t(name='turning', kind=function_sum)
+      g(4)%of = [character(len=len(g(4)%of)) :: 'steady', 'ripple']
+      g(5) = time_function_t(name='late', kind=function_step, start=4.0_wp, finish=5.0_wp)
+      call g(1)%check(error)
+      call resolve_sums(g, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call g(4)%evaluate(t, value)
+      call check_close(failure, value(1), 10.0_wp*t + 0.1_wp*sin(20.0_wp*t), 1.0e-15_wp, 'value')
+      call check_close(failure, value(2), 10.0_wp + 2.0_wp*cos(20.0_wp*t), 1.0e-14_wp, 'rate')
+      call check_close(failure, value(3), -40.0_wp*sin(20.0_wp*t), 1.0e-13_wp, 'second rate')
+      call g(1)%evaluate(t, value)
+      call check_close(failure, value(1), 0.5_wp + 20.0_wp*t + 0.3_wp*sin(20.0_wp*t), 1.0e-14_wp, 'value of a sum of a sum')
+      call check_close(failure, value(2), 20.0_wp + 6.0_wp*cos(20.0_wp*t), 1.0e-14_wp, 'its rate')
+      call g(1)%evaluate(6.0_wp, value)
+      call check_close(failure, value(1), 123.5_wp + 0.3_wp*sin(120.0_wp), 1.0e-13_wp, 'with the step')
+      call check(failure, any(abs(g(1)%breakpoints() - 4.0_wp) < 1.0e-15_wp), 'where a term is not smooth, the sum is not')
+      call check(failure, .not. g(1)%jumps(), 'no jump')
+      g(5)%finish = g(5)%start
+      call refused('', 'a jump is a term like others')
+      call check(failure, g(1)%jumps(), 'a sum with a jump jumps')
+      g(4)%of(2) = 'twice'
+      call refused('function "twice": it is a sum that contains itself; remove it from one of the sums: "twice" "turning"', 'loop')
+      g(4)%of(2) = 'riple'
+      call refused('function "turning": of = "riple": there is no function of this name; did you mean "ripple"?', 'unknown name')
+      g(1)%factors = [1.0_wp]
+      call g(1)%check(error)
+      call check(failure, allocated(error), 'one factor for three')
+
+   contains
+
+      !> What is told of them.
+      subroutine refused(line, what)
+         character(*), intent(in) :: line, what
+
+         call resolve_sums(g, error)
+         if (len(line) == 0) then
+            call no_error(failure, error)
+         else
+            call check(failure, allocated(error), what)
+            if (allocated(error)) call check(failure, index(error%line(), line) == 1, what//': '//error%line())
+         end if
+         if (allocated(error)) deallocate (error)
+      end subroutine refused
+
+   end subroutine sum_of_functions
 
    !> Not-a-knot splines reproduce cubics, and three points give a parabola.
    subroutine spline_is_exact(failure)

@@ -268,6 +268,24 @@ BAD = {
         ROD + HINGE.replace("axis = ", 'drive_angle = "g", "h", axis = '),
         'case.nml:2: &joint "hinge"',
         "more than one text",
+        'kind = "sum"',
+    ),
+    "sum that contains itself": (
+        ROD
+        + '&function name = "g", kind = "sum", of = "h" /\n&function name = "h", kind = "sum", of = "g" /\n'
+        + HINGE.replace("axis = ", 'drive_angle = "g", axis = '),
+        'case.nml: function "g": it is a sum that contains itself',
+        '"g" "h"',
+    ),
+    "sum of nothing": (
+        '&function name = "g", kind = "sum" /\n' + ROD + HINGE,
+        'case.nml:1: &function "g"',
+        "of = the names of functions",
+    ),
+    "of without a sum": (
+        '&function name = "g", of = "h" /\n' + ROD + HINGE,
+        'case.nml:1: &function "g"',
+        'kind = "constant" has no use for of',
     ),
     "spring between points at one place": (
         ROD

@@ -14,7 +14,6 @@ module taut_case_mechanism
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_assembly, only: assemble, contradicting_velocities, hold_coordinate, worst_joint
    use taut_model_mechanism_builder, only: mechanism_builder_t
-   use taut_model_mechanism_function, only: function_table
    use taut_model_mechanism_report, only: mechanism_report_t, report_start
    use taut_ode_options, only: integration_options_t
    implicit none (type, external)
@@ -68,13 +67,14 @@ contains
       call read_parts(file, builder, origins, error)
       if (.not. allocated(error)) call read_settings(file, settings, error, weight='mass', output=output)
       if (.not. allocated(error)) call choose_shown(file, output, builder, error)
-      if (.not. allocated(error)) call check_tables(file, builder, origins, settings, error)
       if (allocated(error)) return
       call builder%complete(model, start, error)
       if (allocated(error)) then
          error%where = file%path//': '//error%where
          return
       end if
+      call check_tables(file, model, origins, settings, error)
+      if (allocated(error)) return
       call assemble_start(file, flags, origins, model, start, settings, report, error)
       if (.not. allocated(error) .and. allocated(builder%notes)) call tell_notes(builder%notes, model, report)
    end subroutine read_loaded
@@ -126,9 +126,9 @@ contains
    end subroutine read_path
 
    !> A table that drives a joint or scales a load must reach over the whole run.
-   subroutine check_tables(file, builder, origins, settings, error)
+   subroutine check_tables(file, model, origins, settings, error)
       type(namelist_file_t), intent(in) :: file
-      type(mechanism_builder_t), intent(in) :: builder
+      type(mechanism_t), intent(in) :: model
       type(origins_t), intent(in) :: origins
       type(settings_t), intent(in) :: settings
       type(error_t), allocatable, intent(inout) :: error
@@ -137,12 +137,12 @@ contains
 
       call read_analysis(file, analysis, error)
       if (allocated(error) .or. analysis%kind /= 'dynamics') return
-      do i = 1, builder%joint_count
-         call check_range(builder%joints(i)%drive)
-         call check_range(builder%joints(i)%angle_drive)
+      do i = 1, size(model%joints)
+         call check_range(model%joints(i)%drive)
+         call check_range(model%joints(i)%angle_drive)
       end do
-      do i = 1, builder%load_count
-         call check_range(builder%loads(i)%factor)
+      do i = 1, size(model%loads)
+         call check_range(model%loads(i)%factor)
       end do
 
    contains
@@ -152,16 +152,13 @@ contains
          integer, intent(in) :: number
 
          if (number == 0 .or. allocated(error)) return
-         associate (it => builder%functions(number))
-            if (it%kind /= function_table) return
-            associate (first => it%times(1), last => it%times(size(it%times)))
-               if (first > settings%t_start .or. last < settings%t_end) &
-                  call raise(error, '', 'its table goes from t = '//to_text(first)// &
-                             ' s to '//to_text(last)//' s, the run from '//to_text(settings%t_start)//' s to '// &
-                             to_text(settings%t_end)//' s', 'add rows to the table, or change t_start and t_end of &integration')
-            end associate
-            call locate_named(file, file%groups(origins%of_function(number)), it%name, error)
+         associate (ends => model%functions(number)%reach())
+            if (ends(1) <= settings%t_start .and. ends(2) >= settings%t_end) return
+            call raise(error, '', 'its table goes from t = '//to_text(ends(1))//' s to '//to_text(ends(2))//' s, the run from '// &
+                       to_text(settings%t_start)//' s to '//to_text(settings%t_end)//' s', &
+                       'add rows to the table, or change t_start and t_end of &integration')
          end associate
+         call locate_named(file, file%groups(origins%of_function(number)), model%functions(number)%name, error)
       end subroutine check_range
 
    end subroutine check_tables

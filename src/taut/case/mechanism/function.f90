@@ -5,20 +5,23 @@ module taut_case_mechanism_function
    use taut_case_entries, only: entries_t
    use taut_case_mechanism_part, only: part_t
    use taut_case_mechanism_table, only: read_table
+   use taut_constrained_system_tables, only: name_length
    use taut_model_mechanism_builder, only: mechanism_builder_t
    use taut_model_mechanism_function, only: function_cosine, function_kinds, function_polynomial, function_ramp, &
-                                            function_run_up, function_sine, function_step, function_table, time_function_t
+                                            function_run_up, function_sine, function_step, function_sum, function_table, &
+                                            time_function_t
    implicit none (type, external)
    private
    public :: function_group_t
 
-   integer, parameter :: most_coefficients = 20
+   integer, parameter :: most_coefficients = 20, most_terms = 20
 
    !> &function.
    type, extends(part_t) :: function_group_t
       character(len=len(function_kinds)) :: kind = 'constant'
       real(wp) :: offset = 0.0_wp
-      real(wp), allocatable :: amplitude, rate, frequency, omega, phase, start, finish, coefficients(:)
+      real(wp), allocatable :: amplitude, rate, frequency, omega, phase, start, finish, coefficients(:), factors(:)
+      character(len=name_length), allocatable :: of(:)
       character(:), allocatable :: table
    contains
       procedure :: declare
@@ -41,7 +44,8 @@ contains
                         'cosine: offset + amplitude sin(omega t + phase); step: offset to offset + amplitude from start to '// &
                         'finish, as 10 s^3 - 15 s^4 + 6 s^5 of s from 0 to 1; run-up: its rate so, from rest at start to '// &
                         'rate at finish, and on with that; polynomial: offset + sum of coefficients(k) t^k; table: cubic '// &
-                        'spline through the rows of a CSV file', function_kinds)
+                        'spline through the rows of a CSV file; sum: offset + sum of functions, each with its factor', &
+                        function_kinds)
       call entries%item('offset', self%offset, '', 'is added to all kinds')
       call entries%option('amplitude', self%amplitude, '', 'of sine, cosine and step; without: 1')
       call entries%option('rate', self%rate, '1/s', 'of a ramp, and at the end of a run-up')
@@ -55,6 +59,9 @@ contains
                           [(i, i=1, most_coefficients)])
       call entries%option('table', self%table, 'CSV file with rows time,value; its path is from the folder of the case file; '// &
                           'it must reach from t_start to t_end')
+      call entries%option('of', self%of, 'names of the functions that a sum is made of; a sum may be one of them', most_terms)
+      call entries%option('factors', self%factors, '', 'what each function of a sum is multiplied with; without: 1', &
+                          [(i, i=1, most_terms)])
    end subroutine declare
 
    !> Adds a function.
@@ -83,6 +90,8 @@ contains
       else
          made%coefficients = [real(wp) ::]
       end if
+      if (allocated(self%of)) made%of = self%of
+      if (allocated(self%factors)) made%factors = self%factors
       call check_use(self, made%kind, builder%error)
       if (allocated(self%frequency) .and. allocated(self%omega)) &
          call raise(builder%error, '', 'frequency and omega are both given', 'give one of them')
@@ -111,6 +120,8 @@ contains
       call refuse('start', allocated(self%start), [rates, function_step])
       call refuse('finish', allocated(self%finish), [rates, function_step])
       call refuse('coefficients', allocated(self%coefficients), [function_polynomial])
+      call refuse('of', allocated(self%of), [function_sum])
+      call refuse('factors', allocated(self%factors), [function_sum])
       if (any(rates == kind) .and. .not. allocated(self%rate)) &
          call raise(error, '', 'a '//trim(function_kinds(kind))//' without rate stands still', 'give rate')
       if (any(waves == kind) .and. .not. (allocated(self%omega) .or. allocated(self%frequency))) &

@@ -74,8 +74,9 @@ contains
       call entries%option('value', self%value, 'm', 'of a coordinate; without: that at the start')
       call entries%option('drive', self%drive, &
                           'name of the function that drives its displacement; of a distance it is the length, of a coordinate '// &
-                          'the value')
-      call entries%option('drive_angle', self%drive_angle, 'name of the function that drives its angle')
+                          'the value; of several functions, their &function of kind = "sum"')
+      call entries%option('drive_angle', self%drive_angle, 'name of the function that drives its angle; of several functions, '// &
+                          'their &function of kind = "sum"')
       call self%point%declare_step(entries, self%planar, 'point')
       call self%declare_copies(entries)
    end subroutine declare_joint

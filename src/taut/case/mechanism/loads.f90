@@ -101,7 +101,8 @@ contains
       call declare_vector(entries, self%planar, 'point', self%point, 'm', &
                           'where a force acts, in global axes at the start; without: the center of mass')
       call entries%item('follow', self%follow, 'whether it turns with the body; else it keeps its direction')
-      call entries%option('function', self%function, 'name of a function that it is multiplied with')
+      call entries%option('function', self%function, 'name of a function that it is multiplied with; of several, their '// &
+                          '&function of kind = "sum"')
       call self%declare_copies(entries)
    end subroutine declare_load
 

@@ -2,6 +2,7 @@
 submodule(taut_model_mechanism) taut_model_mechanism_complete
    use taut_error, only: raise
    use taut_model_mechanism_body, only: coordinates_of_kind
+   use taut_model_mechanism_function, only: resolve_sums
    use taut_model_mechanism_joint, only: drawn_angle, has_angle, joint_rows
    implicit none (type, external)
 
@@ -37,6 +38,7 @@ contains
       do i = 1, size(self%functions)
          call self%functions(i)%check(error)
       end do
+      if (.not. allocated(error)) call resolve_sums(self%functions, error)
       if (allocated(error)) return
       allocate (blocks(n), source=1)
       n = 0
