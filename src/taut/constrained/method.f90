@@ -457,8 +457,8 @@ contains
       call self%project(t, y, inside_step, stale, info)
    end subroutine strike
 
-   !> Gets ready for a motion: finds out how large the system is, and whether its energy is balanced, as it is if the system states it
-   !! and the power of what changes it.
+   !> Gets ready for a motion: finds out how large the system is, and whether its energy is balanced, as it is if the system states
+   !! it and the power of what changes it.
    subroutine begin(self, at)
       !> The formulation.
       class(constrained_ode_t), intent(inout) :: self

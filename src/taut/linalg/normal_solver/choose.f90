@@ -22,8 +22,8 @@ module taut_linalg_normal_solver_choose
    character(len=16), parameter :: solver_names(*) = [character(len=16) :: 'auto', 'dgelsd', 'factor', 'pivoted-cholesky', &
                                                       'banded', 'sparse']
 
-   !> How much a multiplication of the sparse factorization costs, in those of the banded one, of the dense one, and of the dense one
-   !! of so few constraints that it is done in loops as well.
+   !> How much a multiplication of the sparse factorization costs, in those of the banded one, of the dense one, and of the
+   !! dense one of so few constraints that it is done in loops as well.
    real(wp), parameter :: cost_over_banded = 3.0_wp, cost_over_dense = 4.0_wp, cost_over_small = 1.0_wp
    integer, parameter :: small = 48
    !> Up to so many constraints a dense factorization is faster than any other, unless S is tridiagonal.

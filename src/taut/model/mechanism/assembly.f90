@@ -256,8 +256,8 @@ contains
       end do
    end subroutine contradicting_velocities
 
-   !> What no velocities can mend is all that is left, shared by the rows that contradict each other: a solver may have left it all to
-   !! one of them. What is held leaves more, as it is.
+   !> What no velocities can mend is all that is left, shared by the rows that contradict each other: a solver may have left it
+   !! all to one of them. What is held leaves more, as it is.
    subroutine share_among_dependent(a, b)
       real(wp), intent(in) :: a(:, :)
       real(wp), intent(inout) :: b(:)

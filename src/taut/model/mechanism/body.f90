@@ -2,7 +2,8 @@
 !!
 !! Coordinates and velocities of a body in space are {center of mass (3), unit quaternion (4)} and {velocity in global axes (3),
 !! angular velocity in BODY axes (3)}; in the plane {x, y, angle} and {vx, vy, w}; of a point mass its position and velocity;
-!! of a body that turns about a point of the ground in the plane its angle and w, with that point in the place of its center of mass.
+!! of a body that turns about a point of the ground in the plane its angle and w, with that point in the place of its
+!! center of mass.
 !! Joints and loads see all of them through `pose_t` and through the six entries of a force in {global, body} axes, of which
 !! each kind of body has some.
 module taut_model_mechanism_body
