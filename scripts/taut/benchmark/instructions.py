@@ -106,6 +106,10 @@ RUNS: dict[str, Short] = {
     "chain-100": Short("taut_benchmark", lambda _: "chain 100 present 1e-6 1e-8 0 1 0".split()),
     "four-bar-2": Short("taut_benchmark", lambda _: "four-bar 2 present 1e-8 1e-8 0 2 0".split()),
     "swing-1b": Short("swing", shortened("swing/1b.nml", 2e-3)),
+    # Without output points: of what turns about the ground only the angle is computed.
+    "andrews-motion": Short(
+        "taut_benchmark", lambda _: "andrews 1 present-stage-none 1e-8 1e-8 0 0.03 0".split()
+    ),
     "andrews": Short("mechanism", shortened("mechanism/andrews.nml", 1e-3)),
     "bricard": Short("mechanism", shortened("mechanism/bricard.nml", 0.05)),
     # Twice as many loops are to cost twice as much, from reading the file to the first steps.
