@@ -6,6 +6,7 @@ program tester
    use test_assembly, only: collect_assembly
    use test_automatic, only: collect_automatic
    use test_builder, only: collect_builder
+   use test_bushing, only: collect_bushing
    use test_balance, only: collect_balance
    use test_completion, only: collect_completion
    use test_doubt, only: collect_doubt
@@ -116,6 +117,7 @@ program tester
    call run_suite('energy-preserving', collect_energy_preserving(), trim(only), outcome)
    call run_suite('generalized-alpha', collect_generalized_alpha(), trim(only), outcome)
    call run_suite('builder', collect_builder(), trim(only), outcome)
+   call run_suite('bushing', collect_bushing(), trim(only), outcome)
    call run_suite('read mechanism', collect_read_mechanism(), trim(only), outcome)
    call run_suite('restart', collect_restart(), trim(only), outcome)
    call run_suite('rank', collect_rank(), trim(only), outcome)

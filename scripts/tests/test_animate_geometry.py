@@ -86,6 +86,7 @@ def test_bodies_have_the_size_of_their_shape_or_inertia(mechanism: Path, tmp_pat
 def test_everything_has_its_place(mechanism: Path, tmp_path: Path) -> None:
     text = ZOO + '&force name = "f", body = "ball", point = 1, 0, 1.1, value = 0, 0, 1 /\n'
     text += '&spring name = "coil", joint = "j9", stiffness = 1 /\n'
+    text += '&bushing name = "bush", body_1 = "arm", body_2 = "ball", axis = 0, 1, 0, stiffness = 1, 1, 1 /\n'
     folder = made(mechanism, tmp_path, text)
     zoo, motion = geometry(folder), at_rest(folder)
     assert zoo.beams == [["n1", "n2", "n3"]]
@@ -93,6 +94,7 @@ def test_everything_has_its_place(mechanism: Path, tmp_path: Path) -> None:
         ("s", "spring"),
         ("d", "damper"),
         ("coil", "torsion"),
+        ("bush", "bushing"),
     ]
     joints = {joint.name: joint for joint in zoo.joints}
     assert joints["roll"].length == 0.3 and joints["roll"].axes[0] == pytest.approx([0, 0, 1])
@@ -105,6 +107,9 @@ def test_everything_has_its_place(mechanism: Path, tmp_path: Path) -> None:
     force = Anchor("ball", zoo.bodies["ball"].attached[-2])
     assert motion.point(force)[0] == pytest.approx([1, 0, 1.1])
     coil = zoo.springs[2]
+    bush = zoo.springs[3]
+    assert motion.point(bush.anchors[0]) == pytest.approx(motion.point(bush.anchors[1]))
+    assert motion.direction("ball", bush.axes[1])[0] == pytest.approx([0, 1, 0])
     assert coil.bodies == (GROUND, "brick") and coil.axes[0] == pytest.approx([0, 1, 0])
 
 

@@ -12,7 +12,7 @@ from taut import style
 from taut.animate import solids
 from taut.animate.command import time_of_still
 from taut.animate.motion import of_mode, of_run
-from taut.animate.parts import Segment
+from taut.animate.parts import Dot, Segment
 from taut.animate.pictures import Shown, curves, draw_still, frames, labeled, unit_of
 from taut.animate.scene import BETWEEN, Look, Scene, nice
 from taut.animate.symbols import contact
@@ -180,6 +180,22 @@ def test_a_torsion_spring_turns_with_its_body(drawn_pendulum: Path, mechanism: P
     # By 2 rad about the hinge, which is the origin.
     turned = np.array([[np.cos(2), -np.sin(2)], [np.sin(2), np.cos(2)]]) @ first
     assert np.array(line.get_data()) == pytest.approx(turned)
+    plt.close(figure)
+
+
+def test_a_bushing_is_a_ring_about_a_pin(drawn_pendulum: Path, mechanism: Path, tmp_path: Path) -> None:
+    text = PENDULUM + '&bushing body_2 = "rod", point_1 = 0.3, 0, point_2 = 0.5, 0, stiffness = 1, 1 /\n'
+    rod = geometry(made(mechanism, tmp_path, text, "held"))
+    motion = of_run(rod, read_run(drawn_pendulum / "results/case/present.csv"))
+    figure = plt.figure()
+    scene = Scene(figure.add_subplot(), rod, motion, Look())
+    scene.move(20)
+    dots = [part.line for part in scene.parts if isinstance(part, Dot)]
+    (ring,) = (line for line in dots if line.get_color() == "#9aa3af")
+    assert np.array(ring.get_data()).ravel() == pytest.approx([0.3, 0.0])
+    # The rod has turned by 2 rad about the origin.
+    at = 0.5 * np.array([np.cos(2), np.sin(2)])
+    assert any(np.array(line.get_data()).ravel() == pytest.approx(at) for line in dots)
     plt.close(figure)
 
 

@@ -291,7 +291,21 @@ BAD = {
         ROD
         + '&spring name = "bush", body_2 = "rod", point_1 = 0, 0, 0, point_2 = 0, 0, 0, stiffness = 1 /\n',
         'case.nml:2: &spring "bush"',
-        "set them apart",
+        "set them apart, or use &bushing",
+    ),
+    "bushing without stiffness": (
+        ROD + '&bushing name = "bush", body_2 = "rod", rotational_stiffness = 1 /\n',
+        "case.nml:2: &bushing: rotational_stiffness",
+    ),
+    "bushing that adds energy": (
+        ROD + '&bushing name = "bush", body_2 = "rod", damping = 0, 0, -1 /\n',
+        'case.nml:2: &bushing "bush": a stiffness or a damping of -1.0000 is negative',
+    ),
+    "unknown bushing": (
+        ROD + '&bushing name = "bush", body_2 = "rod", stiffness = 1, 1, 1 /\n&output springs = "bus" /\n',
+        'case.nml:3: &output: springs = "bus"',
+        'did you mean "bush"?',
+        "&bushing",
     ),
     "spring on a bare ground": (
         ROD + '&spring name = "spring", body_2 = "rod", stiffness = 1 /\n',

@@ -28,7 +28,7 @@ from taut.animate.parts import (
     Solid,
     shade,
 )
-from taut.animate.symbols import contact, joint_parts, spiral, supports
+from taut.animate.symbols import bushing, contact, joint_parts, spiral, supports
 from taut.results import Array
 from taut.view import View
 
@@ -109,6 +109,8 @@ class Scene:
         for spring in mechanism.springs:
             if spring.type == "torsion":
                 self.parts.append(spiral(self.canvas, spring))
+            elif spring.type == "bushing":
+                self.parts += bushing(self.canvas, spring)
             else:
                 self.parts.append(Between(self.canvas, spring.bodies, spring.points, spring.type))
         self.parts += supports(self.canvas, mechanism, motion, self.view)

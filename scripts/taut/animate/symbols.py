@@ -74,6 +74,16 @@ def spiral(canvas: Canvas, spring: Link) -> Part:
     return Segment(canvas, spring.bodies[1], spring.points[1] + points, 1.8, linewidth=0.9)
 
 
+def bushing(canvas: Canvas, spring: Link) -> list[Part]:
+    """Returns a bushing: a ring of rubber on the first body about a pin on the second."""
+    (one, two), (p, q) = spring.bodies, spring.points
+    ring = {"color": "#9aa3af", "markeredgecolor": style.DARK}
+    return [
+        Dot(canvas, one, p, 3.4 * canvas.joint, 0.9, **ring),
+        Dot(canvas, two, q, 1.4 * canvas.joint, 1.0, **WHITE),
+    ]
+
+
 def _sliding(canvas: Canvas, mechanism: Mechanism, motion: Motion, joint: Link, axis: Array) -> list[Part]:
     """Returns a rail as long as the travel and, unless the body shows itself, a block on it."""
     one, two = joint.bodies

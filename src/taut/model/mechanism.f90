@@ -11,6 +11,7 @@ module taut_model_mechanism
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_model_beam_element, only: beam_element_t
    use taut_model_mechanism_body, only: body_t, entry_of_velocity, pose_t, velocities_of_kind
+   use taut_model_mechanism_bushing, only: bushing_t, deformation_t
    use taut_model_mechanism_function, only: time_function_t
    use taut_model_mechanism_joint, only: joint_t
    use taut_model_mechanism_load, only: load_t, spring_t
@@ -70,6 +71,7 @@ module taut_model_mechanism
       type(time_function_t), allocatable :: functions(:)
       type(load_t), allocatable :: loads(:)
       type(spring_t), allocatable :: springs(:)
+      type(bushing_t), allocatable :: bushings(:)
       type(element_t), allocatable :: elements(:)
       type(point_t), allocatable :: points(:)
       type(event_t), allocatable :: events(:)
@@ -79,6 +81,8 @@ module taut_model_mechanism
       integer, allocatable :: before_output(:)
       !> Springs whose force and length are written out, behind those of joints.
       integer, allocatable :: shown_springs(:)
+      !> Bushings whose force and moment are written out, behind those.
+      integer, allocatable :: shown_bushings(:)
       !> What was found out at the start, for the table of the model.
       type(quantity_t), allocatable :: findings(:)
       !> The same for people, in lines, and what a reader of the results has to know.
@@ -462,7 +466,7 @@ module taut_model_mechanism
 
    ! What drives it.
    interface
-      !> f: gravity, gyroscopic moments, loads, springs and dampers, beams.
+      !> f: gravity, gyroscopic moments, loads, springs and dampers, bushings, beams.
       module subroutine force(self, at, value)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
@@ -472,7 +476,7 @@ module taut_model_mechanism
          real(wp), intent(out) :: value(:)
       end subroutine force
 
-      !> Kinetic energy, and the potential of gravity (zero at the origin), springs and beams; loads have no part in it.
+      !> Kinetic energy, and the potential of gravity (zero at the origin), springs, bushings and beams; loads have no part in it.
       module function energy(self, at)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
@@ -495,14 +499,14 @@ module taut_model_mechanism
       end function power
    end interface
 
-   ! What of it is stiff, for implicit integrators: springs with a stiffness and beams are elastic rows.
+   ! What of it is stiff, for implicit integrators: springs and bushings with a stiffness and beams are elastic rows.
    interface
       !> Counts the elastic rows and takes their damping; called by `complete`.
       module subroutine count_elastic_rows(self)
          class(mechanism_t), intent(inout) :: self
       end subroutine count_elastic_rows
 
-      !> f without springs that have a stiffness, but with their preload, and without beams.
+      !> f without springs that have a stiffness, but with their preload, without what of bushings has one, and without beams.
       module subroutine soft_force(self, at, value)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
@@ -512,7 +516,7 @@ module taut_model_mechanism
          real(wp), intent(out) :: value(:)
       end subroutine soft_force
 
-      !> What soft forces couple: each body by itself, and the bodies of springs and dampers.
+      !> What soft forces couple: each body by itself, and the bodies of dampers.
       module subroutine coupling(self, first, column)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
@@ -522,7 +526,8 @@ module taut_model_mechanism
          integer, allocatable, intent(out) :: column(:)
       end subroutine coupling
 
-      !> Where the entries of B are, row by row: a row for each spring, six for each element of a beam.
+      !> Where the entries of B are, row by row: a row for each spring, up to six for each bushing, six for each
+      !! element of a beam.
       module subroutine elastic_pattern(self, first, column)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
@@ -532,7 +537,7 @@ module taut_model_mechanism
          integer, allocatable, intent(out) :: column(:)
       end subroutine elastic_pattern
 
-      !> Lengths and angles of springs less their free ones, stretches and bends of beams, and B.
+      !> Lengths and angles of springs less their free ones, deformations of bushings, stretches and bends of beams, and B.
       module subroutine elastic_rows(self, at, strain, values)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
@@ -548,7 +553,7 @@ module taut_model_mechanism
       module subroutine elastic_stiffness(self, stiffness)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
-         !> One block for each spring and each element.
+         !> One block for each row of a spring or a bushing and for each element.
          type(block_diagonal_t), intent(inout) :: stiffness
       end subroutine elastic_stiffness
 
@@ -574,6 +579,17 @@ module taut_model_mechanism
          type(spring_t), intent(in) :: spring
          integer, intent(out) :: body_1, body_2
       end subroutine spring_bodies
+   end interface
+
+   interface
+      !> The deformation of a bushing, and the poses of its bodies.
+      pure module subroutine deform_bushing(self, at, bushing, one, two, it)
+         class(mechanism_t), intent(in) :: self
+         type(state_t), intent(in) :: at
+         type(bushing_t), intent(in) :: bushing
+         type(pose_t), intent(out) :: one, two
+         type(deformation_t), intent(out) :: it
+      end subroutine deform_bushing
    end interface
 
    ! What is written of it.

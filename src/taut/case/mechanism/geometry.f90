@@ -11,7 +11,7 @@
 !! * `point`: a point of body 1 that is written out;
 !! * `joint`: its type, points and axes; `side` is across the axis (the direction in which a knife edge points), the length that
 !!   of a distance, or the radius of a disc;
-!! * `spring`: `spring`, `damper`, or `torsion` about the axis of a joint;
+!! * `spring`: `spring`, `damper`, or `torsion` about the axis of a joint; `bushing`, with its axes 3 and, across, 1;
 !! * `beam`: the element between two nodes;
 !! * `force`: where it acts on body 1.
 !!
@@ -83,6 +83,12 @@ contains
       end do
       do i = 1, size(model%springs)
          call put_spring(i)
+      end do
+      do i = 1, size(model%bushings)
+         associate (it => model%bushings(i))
+            call put('spring', it%name, 'bushing', it%body_1, it%body_2, it%p_1, it%p_2, it%frame_1(:, 3), it%frame_2(:, 3), &
+                     it%frame_2(:, 1))
+         end associate
       end do
       do i = 1, size(model%loads)
          associate (it => model%loads(i))

@@ -10,7 +10,7 @@ module taut_case_mechanism_output
    type, extends(output_group_t) :: mechanism_output_t
       !> Names; `all` or `none` alone; not allocated for all.
       character(len=longest_name), allocatable :: joints(:)
-      !> Names of springs and dampers; `all` alone; not allocated for none.
+      !> Names of springs, dampers and bushings; `all` alone; not allocated for none.
       character(len=longest_name), allocatable :: springs(:)
    contains
       procedure :: declare
@@ -31,7 +31,7 @@ contains
       call entries%option('joints', self%joints, 'joints whose reactions are written: names, "all" or "none"; without: all', &
                           most_names)
       call entries%option('springs', self%springs, 'springs and dampers whose force and length, about a joint moment and '// &
-                          'angle, are written: names, or "all"; without: none', most_names)
+                          'angle, and bushings whose force and moment are written: names, or "all"; without: none', most_names)
    end subroutine declare
 
 end module taut_case_mechanism_output

@@ -4,6 +4,7 @@ module taut_case_mechanism_parts
    use taut_case_group, only: declare_group, declared_t, read_group
    use taut_case_mechanism_beam, only: beam_group_t
    use taut_case_mechanism_bodies, only: body_group_t, ground_point_group_t, point_group_t, point_mass_group_t
+   use taut_case_mechanism_bushing, only: bushing_group_t
    use taut_case_mechanism_event, only: event_group_t
    use taut_case_mechanism_function, only: function_group_t
    use taut_case_mechanism_joints, only: joint_group_t, knife_edge_group_t, rolling_group_t
@@ -28,7 +29,8 @@ module taut_case_mechanism_parts
       part_kind_t('gravity', 1, many=.false.), part_kind_t('body', 1), part_kind_t('point_mass', 1), &
       part_kind_t('ground_point', 1), part_kind_t('point', 2), part_kind_t('function', 1), part_kind_t('joint', 3), &
       part_kind_t('rolling', 3), part_kind_t('knife_edge', 3), part_kind_t('force', 4), part_kind_t('moment', 4), &
-      part_kind_t('spring', 4), part_kind_t('damper', 4), part_kind_t('beam', 1), part_kind_t('event', 5)]
+      part_kind_t('spring', 4), part_kind_t('damper', 4), part_kind_t('bushing', 4), part_kind_t('beam', 1), &
+      part_kind_t('event', 5)]
 
    !> Which group of the file each joint and each function came from.
    type :: origins_t
@@ -73,6 +75,8 @@ contains
          allocate (spring_group_t :: part)
       case ('damper')
          allocate (part, source=spring_group_t(damper=.true.))
+      case ('bushing')
+         allocate (bushing_group_t :: part)
       case ('beam')
          allocate (beam_group_t :: part)
       case ('event')
@@ -107,7 +111,7 @@ contains
 
       builder%words = builder_words_t(anchors='a &body, &point_mass, &point, &ground_point or "ground"', &
                                       add='add it, or correct the name', ground_point='a &ground_point', &
-                                      point_mass='&point_mass')
+                                      point_mass='&point_mass', bushing='&bushing')
       allocate (origins%last_joint(size(file%groups)), origins%last_function(size(file%groups)), source=0)
       do pass = 1, maxval(kinds%pass)
          do i = 1, size(file%groups)

@@ -17,6 +17,7 @@ module taut_model_mechanism_builder
    use taut_model_beam_section, only: beam_section_t, rectangular_section
    use taut_model_mechanism, only: element_t, event_t, mechanism_t, point_t
    use taut_model_mechanism_body, only: body_planar, body_planar_point, body_point, body_spatial, body_t, ground_pose, pose_t
+   use taut_model_mechanism_bushing, only: bushing_t
    use taut_model_mechanism_function, only: time_function_t
    use taut_model_mechanism_joint, only: joint_t
    use taut_model_mechanism_load, only: load_t, spring_t
@@ -43,8 +44,8 @@ module taut_model_mechanism_builder
       character(len=64) :: anchors = 'a body, a point or "ground" that was added before'
       !> What to do about a name that nothing has.
       character(len=64) :: add = 'add it first, or correct the name'
-      !> A point of the ground, and a point mass.
-      character(len=32) :: ground_point = 'a point of the ground', point_mass = 'a point mass'
+      !> A point of the ground, a point mass, and a bushing.
+      character(len=32) :: ground_point = 'a point of the ground', point_mass = 'a point mass', bushing = 'a bushing'
    end type builder_words_t
 
    !> A mechanism that is being built.
@@ -58,20 +59,21 @@ module taut_model_mechanism_builder
       real(wp) :: gravity(3) = 0.0_wp
       !> The parts so far: so many of each list count.
       integer :: body_count = 0, joint_count = 0, function_count = 0, load_count = 0, spring_count = 0, element_count = 0
-      integer :: point_count = 0, event_count = 0, anchor_count = 0
+      integer :: bushing_count = 0, point_count = 0, event_count = 0, anchor_count = 0
       type(body_t), allocatable :: bodies(:)
       type(joint_t), allocatable :: joints(:)
       type(time_function_t), allocatable :: functions(:)
       type(load_t), allocatable :: loads(:)
       type(spring_t), allocatable :: springs(:)
+      type(bushing_t), allocatable :: bushings(:)
       type(element_t), allocatable :: elements(:)
       type(point_t), allocatable :: points(:)
       type(event_t), allocatable :: events(:)
       type(anchor_t), allocatable :: anchors(:)
       !> Joints whose reactions are written out; not allocated for all.
       integer, allocatable :: shown(:)
-      !> Springs whose force and length are written out; not allocated for none.
-      integer, allocatable :: shown_springs(:)
+      !> Springs whose force and length, and bushings whose force and moment are written out; not allocated for none.
+      integer, allocatable :: shown_springs(:), shown_bushings(:)
       !> What is taken, and may not be what was meant; not allocated for nothing.
       type(error_t), allocatable :: notes(:)
       type(name_index_t), private :: anchor_names, joint_names, function_names, event_names
@@ -86,6 +88,7 @@ module taut_model_mechanism_builder
       procedure :: add_knife_edge
       procedure :: add_load
       procedure :: add_spring
+      procedure :: add_bushing
       procedure :: add_beam
       procedure :: add_event
       procedure :: show_joints
@@ -312,7 +315,41 @@ module taut_model_mechanism_builder
          character(*), intent(in), optional :: name
       end subroutine add_spring
 
-      !> Chooses the springs and dampers whose force and length, or moment and angle, are written out; without a call, none.
+      !> An elastic connection in all directions, with dampers, which is relaxed where its points and axes are drawn together.
+      module subroutine add_bushing(self, body_1, body_2, point, point_1, point_2, axis, side, in_body_axes, stiffness, &
+                                    rotational_stiffness, damping, rotational_damping, name)
+         !> The builder.
+         class(mechanism_builder_t), intent(inout) :: self
+         !> A body, a point or `ground`.
+         character(*), intent(in) :: body_1
+         !> A body or a point; forces and moments are those on it.
+         character(*), intent(in) :: body_2
+         !> The point that both share; default that of the other, or the center of mass of body 2 [m].
+         real(wp), intent(in), optional :: point(3)
+         !> The point of body 1 [m].
+         real(wp), intent(in), optional :: point_1(3)
+         !> The point of body 2 [m].
+         real(wp), intent(in), optional :: point_2(3)
+         !> Direction of its axis 3, of any length; default z.
+         real(wp), intent(in), optional :: axis(3)
+         !> Direction of its axis 1, of which the part across axis 3 counts; default x, or z along x.
+         real(wp), intent(in), optional :: side(3)
+         !> Whether points are in the axes of their bodies, and directions in those of body 1; default false.
+         logical, intent(in), optional :: in_body_axes
+         !> Stiffness along its axes; default 0 [N/m].
+         real(wp), intent(in), optional :: stiffness(3)
+         !> Stiffness about its axes; default 0 [N m/rad].
+         real(wp), intent(in), optional :: rotational_stiffness(3)
+         !> Damping along its axes; default 0 [N s/m].
+         real(wp), intent(in), optional :: damping(3)
+         !> Damping about its axes; default 0 [N m s/rad].
+         real(wp), intent(in), optional :: rotational_damping(3)
+         !> Its name; default none.
+         character(*), intent(in), optional :: name
+      end subroutine add_bushing
+
+      !> Chooses the springs and dampers whose force and length, or moment and angle, and the bushings whose force and moment are
+      !! written out; without a call, none.
       module subroutine show_springs(self, names)
          !> The builder; its error is set for a name that is not one spring's, or that has other columns.
          class(mechanism_builder_t), intent(inout) :: self
@@ -457,11 +494,13 @@ contains
       if (allocated(self%functions)) mechanism%functions = self%functions(:self%function_count)
       if (allocated(self%loads)) mechanism%loads = self%loads(:self%load_count)
       if (allocated(self%springs)) mechanism%springs = self%springs(:self%spring_count)
+      if (allocated(self%bushings)) mechanism%bushings = self%bushings(:self%bushing_count)
       if (allocated(self%elements)) mechanism%elements = self%elements(:self%element_count)
       if (allocated(self%points)) mechanism%points = self%points(:self%point_count)
       if (allocated(self%events)) mechanism%events = self%events(:self%event_count)
       if (allocated(self%shown)) mechanism%shown = self%shown
       if (allocated(self%shown_springs)) mechanism%shown_springs = self%shown_springs
+      if (allocated(self%shown_bushings)) mechanism%shown_bushings = self%shown_bushings
       call mechanism%complete(error)
       if (.not. allocated(error)) start = mechanism%start_state()
    end subroutine complete

@@ -19,12 +19,14 @@ contains
       if (.not. allocated(self%functions)) allocate (self%functions(0))
       if (.not. allocated(self%loads)) allocate (self%loads(0))
       if (.not. allocated(self%springs)) allocate (self%springs(0))
+      if (.not. allocated(self%bushings)) allocate (self%bushings(0))
       if (.not. allocated(self%elements)) allocate (self%elements(0))
       if (.not. allocated(self%points)) allocate (self%points(0))
       if (.not. allocated(self%events)) allocate (self%events(0))
       if (.not. allocated(self%findings)) allocate (self%findings(0))
       if (.not. allocated(self%shown)) self%shown = [(i, i=1, size(self%joints))]
       if (.not. allocated(self%shown_springs)) allocate (self%shown_springs(0))
+      if (.not. allocated(self%shown_bushings)) allocate (self%shown_bushings(0))
       if (size(self%bodies) == 0) call raise(error, here, 'it has no body', 'add a &body or a &point_mass')
       n = 0
       n_x = 0
@@ -190,7 +192,7 @@ contains
          self%before_output(i) = self%n_outputs
          self%n_outputs = self%n_outputs + outputs_of_joint(self, self%joints(self%shown(i)))
       end do
-      self%n_outputs = self%n_outputs + 2*size(self%shown_springs)
+      self%n_outputs = self%n_outputs + 2*size(self%shown_springs) + merge(3, 6, self%planar)*size(self%shown_bushings)
    end subroutine count_outputs
 
 end submodule taut_model_mechanism_complete

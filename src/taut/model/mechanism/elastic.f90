@@ -1,4 +1,5 @@
-!> What of a mechanism is stiff: springs that have a stiffness, one row each, then the elements of beams, six rows each.
+!> What of a mechanism is stiff: springs that have a stiffness, one row each, the directions of bushings that have one, a row each,
+!! then the elements of beams, six rows each.
 submodule(taut_model_mechanism) taut_model_mechanism_elastic
    use taut_model_beam_element, only: element_rows
    use taut_model_mechanism_body, only: turned_back
@@ -13,12 +14,21 @@ contains
       real(wp), allocatable :: tau(:)
 
       self%n_elastic = count(self%springs%stiffness > 0.0_wp) + 6*size(self%elements)
+      do i = 1, size(self%bushings)
+         self%n_elastic = self%n_elastic + count(self%bushings(i)%elastic())
+      end do
       allocate (tau(self%n_elastic), source=0.0_wp)
       row = 0
       do i = 1, size(self%springs)
          if (.not. self%springs(i)%stiffness > 0.0_wp) cycle
          row = row + 1
          tau(row) = self%springs(i)%damping/self%springs(i)%stiffness
+      end do
+      do i = 1, size(self%bushings)
+         associate (bushing => self%bushings(i), n => count(self%bushings(i)%elastic()))
+            tau(row + 1:row + n) = pack(bushing%damping, bushing%elastic())/pack(bushing%stiffness, bushing%elastic())
+            row = row + n
+         end associate
       end do
       do i = 1, size(self%elements)
          tau(row + 1:row + 6) = self%elements(i)%element%damping
@@ -32,14 +42,22 @@ contains
       integer :: b, body_1, body_2, i, j, k, last
       integer, allocatable :: others(:), pairs(:, :)
 
-      ! Each body with itself, and with one other for every spring or damper that has no stiffness.
-      allocate (pairs(2, size(self%springs)))
+      ! Each body with itself, and with one other for every damper that has no stiffness.
+      allocate (pairs(2, size(self%springs) + size(self%bushings)))
       last = 0
       do i = 1, size(self%springs)
          call spring_bodies(self, self%springs(i), body_1, body_2)
          if (self%springs(i)%stiffness > 0.0_wp .or. min(body_1, body_2) == 0) cycle
          last = last + 1
          pairs(:, last) = [body_1, body_2]
+      end do
+      do i = 1, size(self%bushings)
+         associate (bushing => self%bushings(i))
+            if (all(bushing%elastic() .or. .not. bushing%damping > 0.0_wp)) cycle
+            if (min(bushing%body_1, bushing%body_2) == 0) cycle
+            last = last + 1
+            pairs(:, last) = [bushing%body_1, bushing%body_2]
+         end associate
       end do
       allocate (first(self%n + 1), column(0))
       first(1) = 1
@@ -94,6 +112,13 @@ contains
          call spring_bodies(self, self%springs(i), body_1, body_2)
          call add_row()
       end do
+      do i = 1, size(self%bushings)
+         body_1 = self%bushings(i)%body_1
+         body_2 = self%bushings(i)%body_2
+         do k = 1, count(self%bushings(i)%elastic())
+            call add_row()
+         end do
+      end do
       do i = 1, size(self%elements)
          body_1 = self%elements(i)%body_1
          body_2 = self%elements(i)%body_2
@@ -117,6 +142,7 @@ contains
 
    !> Strains and B.
    module procedure elastic_rows
+      type(deformation_t) :: deformation
       type(pose_t) :: one, two
       real(wp) :: arm(3), b(12, 6), direction(3), e_1(6), e_2(6), length, rate
       integer :: body_1, body_2, i, k, last, row
@@ -147,6 +173,22 @@ contains
                e_2(4:6) = cross(spring%p_2, arm)
             end if
             call put()
+         end associate
+      end do
+      do i = 1, size(self%bushings)
+         associate (bushing => self%bushings(i))
+            body_1 = bushing%body_1
+            body_2 = bushing%body_2
+            call deform_bushing(self, at, bushing, one, two, deformation)
+            call bushing%rows(one, two, deformation, b)
+            do k = 1, 6
+               if (.not. bushing%stiffness(k) > 0.0_wp) cycle
+               row = row + 1
+               strain(row) = deformation%strain(k) + bushing%damping(k)/bushing%stiffness(k)*deformation%rate(k)
+               e_1 = b(1:6, k)
+               e_2 = b(7:12, k)
+               call put()
+            end do
          end associate
       end do
       do i = 1, size(self%elements)
@@ -194,19 +236,22 @@ contains
 
    !> Stiffness of the rows.
    module procedure elastic_stiffness
-      integer :: i, block
+      integer :: i, n
       integer, allocatable :: sizes(:)
+      real(wp), allocatable :: single(:)
 
-      sizes = [(1, i=1, count(self%springs%stiffness > 0.0_wp)), (6, i=1, size(self%elements))]
+      single = pack(self%springs%stiffness, self%springs%stiffness > 0.0_wp)
+      do i = 1, size(self%bushings)
+         single = [single, pack(self%bushings(i)%stiffness, self%bushings(i)%elastic())]
+      end do
+      n = size(single)
+      sizes = [(1, i=1, n), (6, i=1, size(self%elements))]
       call stiffness%init(sizes)
-      block = 0
-      do i = 1, size(self%springs)
-         if (.not. self%springs(i)%stiffness > 0.0_wp) cycle
-         block = block + 1
-         call stiffness%set_block(block, reshape([self%springs(i)%stiffness], [1, 1]))
+      do i = 1, n
+         call stiffness%set_block(i, reshape(single(i:i), [1, 1]))
       end do
       do i = 1, size(self%elements)
-         call stiffness%set_block(block + i, self%elements(i)%element%stiffness/self%elements(i)%element%l)
+         call stiffness%set_block(n + i, self%elements(i)%element%stiffness/self%elements(i)%element%l)
       end do
    end procedure elastic_stiffness
 

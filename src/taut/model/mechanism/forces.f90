@@ -1,4 +1,4 @@
-!> Forces of a mechanism and their energy: gravity, loads, springs and dampers, beams.
+!> Forces of a mechanism and their energy: gravity, loads, springs and dampers, bushings, beams.
 submodule(taut_model_mechanism) taut_model_mechanism_forces
    use taut_model_beam_element, only: dissipated_power, element_energy, internal_loads
    use taut_model_mechanism_body, only: point_motion, turned
@@ -7,7 +7,7 @@ submodule(taut_model_mechanism) taut_model_mechanism_forces
 
 contains
 
-   !> f: gravity, gyroscopic moments, loads, springs and dampers, beams.
+   !> f: gravity, gyroscopic moments, loads, springs and dampers, bushings, beams.
    module procedure force
       integer :: i
 
@@ -19,6 +19,9 @@ contains
       end do
       do i = 1, size(self%springs)
          call add_spring(self, self%springs(i), at, value, .false.)
+      end do
+      do i = 1, size(self%bushings)
+         call add_bushing(self, self%bushings(i), at, value, .false.)
       end do
       do i = 1, size(self%elements)
          call add_element(self, self%elements(i), at, value)
@@ -38,10 +41,14 @@ contains
       do i = 1, size(self%springs)
          call add_spring(self, self%springs(i), at, value, .true.)
       end do
+      do i = 1, size(self%bushings)
+         call add_bushing(self, self%bushings(i), at, value, .true.)
+      end do
    end procedure soft_force
 
-   !> Kinetic energy, and the potential of gravity (zero at the origin), springs and beams; loads have no part in it.
+   !> Kinetic energy, and the potential of gravity (zero at the origin), springs, bushings and beams; loads have no part in it.
    module procedure energy
+      type(deformation_t) :: deformation
       type(pose_t) :: one, two
       real(wp) :: direction(3), length, rate
       integer :: body_1, body_2, i
@@ -61,6 +68,10 @@ contains
             energy = energy + spring%preload*(length - spring%free) + 0.5_wp*spring%stiffness*(length - spring%free)**2
          end associate
       end do
+      do i = 1, size(self%bushings)
+         call deform_bushing(self, at, self%bushings(i), one, two, deformation)
+         energy = energy + 0.5_wp*dot_product(self%bushings(i)%stiffness, deformation%strain**2)
+      end do
       do i = 1, size(self%elements)
          associate (x_1 => self%bodies(self%elements(i)%body_1)%before_x, x_2 => self%bodies(self%elements(i)%body_2)%before_x)
             energy = energy + element_energy(self%elements(i)%element, at%x(x_1 + 1:x_1 + 3), at%x(x_1 + 4:x_1 + 7), &
@@ -71,6 +82,7 @@ contains
 
    !> Power of loads and dampers.
    module procedure power
+      type(deformation_t) :: deformation
       type(pose_t) :: one, two
       real(wp) :: direction(3), f(self%n), length, rate
       integer :: body_1, body_2, i
@@ -92,6 +104,10 @@ contains
             call spring_motion(self, at, spring, one, two, length, rate, direction)
             power = power - spring%damping*rate**2
          end associate
+      end do
+      do i = 1, size(self%bushings)
+         call deform_bushing(self, at, self%bushings(i), one, two, deformation)
+         power = power - dot_product(self%bushings(i)%damping, deformation%rate**2)
       end do
       do i = 1, size(self%elements)
          associate (element => self%elements(i)%element, body_1 => self%bodies(self%elements(i)%body_1), &
@@ -197,6 +213,40 @@ contains
          if (body_2 > 0) call self%bodies(body_2)%add_force(two, spring%p_2, back, f)
       end if
    end subroutine add_spring
+
+   !> The deformation of a bushing.
+   module procedure deform_bushing
+      call self%pose_of(at, bushing%body_1, one)
+      call self%pose_of(at, bushing%body_2, two)
+      call bushing%deform(one, two, it)
+   end procedure deform_bushing
+
+   !> Adds a bushing's forces and moments; if soft, without what is elastic rows.
+   subroutine add_bushing(self, bushing, at, f, soft)
+      class(mechanism_t), intent(in) :: self
+      type(bushing_t), intent(in) :: bushing
+      type(state_t), intent(in) :: at
+      real(wp), intent(inout) :: f(:)
+      logical, intent(in) :: soft
+      type(deformation_t) :: deformation
+      type(pose_t) :: one, two
+      real(wp) :: force(3), moment_1(3), moment_2(3), stress(6)
+
+      call deform_bushing(self, at, bushing, one, two, deformation)
+      stress = bushing%stress(deformation)
+      if (soft) then
+         where (bushing%elastic()) stress = 0.0_wp
+      end if
+      call deformation%loads(stress, force, moment_1, moment_2)
+      if (bushing%body_1 > 0) then
+         call self%bodies(bushing%body_1)%add_force(one, bushing%p_1, force, f)
+         call self%bodies(bushing%body_1)%add_moment(one, moment_1, f)
+      end if
+      if (bushing%body_2 > 0) then
+         call self%bodies(bushing%body_2)%add_force(two, bushing%p_2, -force, f)
+         call self%bodies(bushing%body_2)%add_moment(two, moment_2, f)
+      end if
+   end subroutine add_bushing
 
    !> Adds a beam element's forces and moments.
    subroutine add_element(self, one, at, f)

@@ -61,6 +61,7 @@ contains
       small%functions = self%functions
       small%loads = self%loads
       small%springs = self%springs
+      small%bushings = self%bushings
       allocate (small%shown(0))
       shift = 0.0_wp
       do b = 1, size(pin)
@@ -89,6 +90,12 @@ contains
          associate (spring => small%springs(i))
             spring%p_1 = spring%p_1 - shift(:, spring%body_1)
             spring%p_2 = spring%p_2 - shift(:, spring%body_2)
+         end associate
+      end do
+      do i = 1, size(small%bushings)
+         associate (bushing => small%bushings(i))
+            bushing%p_1 = bushing%p_1 - shift(:, bushing%body_1)
+            bushing%p_2 = bushing%p_2 - shift(:, bushing%body_2)
          end associate
       end do
    end subroutine take_parts

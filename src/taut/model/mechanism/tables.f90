@@ -45,6 +45,8 @@ contains
                                      in_plane(6) = ['fx', 'fy', 'mz', 'f1', 'f2', 'f3']
       ! Between points, and about a joint.
       character(len=6), parameter :: of_spring(2, 2) = reshape(['force ', 'length', 'moment', 'angle '], [2, 2])
+      ! Of a bushing the last six, in the plane these.
+      character(len=2), parameter :: of_planar_bushing(3) = ['f1', 'f2', 'm3']
       integer :: k, n
 
       n = merge(2, 3, self%planar)
@@ -52,7 +54,15 @@ contains
          name = self%points(1 + (i - 1)/n)%name//'.'//achar(iachar('x') + modulo(i - 1, n))
          return
       end if
-      k = i - (self%n_outputs - 2*size(self%shown_springs))
+      n = merge(3, 6, self%planar)
+      k = i - (self%n_outputs - n*size(self%shown_bushings))
+      if (k > 0) then
+         name = self%bushings(self%shown_bushings(1 + (k - 1)/n))%name//'.'
+         k = 1 + modulo(k - 1, n)
+         name = trim(name)//merge(of_planar_bushing(min(k, 3)), in_space(6 + k), self%planar)
+         return
+      end if
+      k = k + 2*size(self%shown_springs)
       if (k > 0) then
          associate (spring => self%springs(self%shown_springs((k + 1)/2)))
             name = spring%name//'.'//trim(of_spring(2 - modulo(k, 2), merge(2, 1, spring%joint > 0)))
@@ -73,8 +83,10 @@ contains
       end associate
    end procedure output_name
 
-   !> Positions of points; reactions, angles and displacements of joints; forces and lengths of springs.
+   !> Positions of points; reactions, angles and displacements of joints; forces and lengths of springs; forces and moments of
+   !! bushings.
    module procedure outputs
+      type(deformation_t) :: deformation
       type(pose_t) :: one, two
       real(wp) :: direction(3), e(3, 3), f(3), length, m(3), p(3), rate
       integer :: body_1, body_2, i, k, n
@@ -122,6 +134,22 @@ contains
             call spring_motion(self, at, spring, one, two, length, rate, direction)
             values(k + 1:k + 2) = [spring_force(spring, length, rate), length]
             k = k + 2
+         end associate
+      end do
+      do i = 1, size(self%shown_bushings)
+         associate (bushing => self%bushings(self%shown_bushings(i)))
+            call deform_bushing(self, at, bushing, one, two, deformation)
+            ! On body 2, as a joint's: the force is against that on body 1, the moment is about its point.
+            call deformation%loads(bushing%stress(deformation), f, p, m)
+            f = -matmul(f, deformation%axes)
+            m = matmul(m, deformation%axes)
+            if (self%planar) then
+               values(k + 1:k + 3) = [f(1), f(2), m(3)]
+               k = k + 3
+            else
+               values(k + 1:k + 6) = [f, m]
+               k = k + 6
+            end if
          end associate
       end do
    end procedure outputs

@@ -5,6 +5,7 @@ submodule(taut_model_mechanism_builder) taut_model_mechanism_builder_joints
                                                type_fixed, type_knife_edge, type_planar, type_prismatic, type_rolling, &
                                                type_universal
    use taut_model_mechanism_row, only: row_t
+   use taut_rotation, only: cross
    implicit none (type, external)
 
    real(wp), parameter :: normal_of_plane(3) = [0.0_wp, 0.0_wp, 1.0_wp], origin(3) = 0.0_wp
@@ -152,6 +153,124 @@ contains
       end subroutine directions
 
    end procedure add_joint
+
+   !> A bushing.
+   module procedure add_bushing
+      type(anchor_t) :: one, two
+      type(bushing_t) :: made
+      logical :: local
+
+      if (allocated(self%error)) return
+      made%name = ''
+      if (present(name)) made%name = trim(name)
+      local = .false.
+      if (present(in_body_axes)) local = in_body_axes
+      if (present(stiffness)) made%stiffness(1:3) = stiffness
+      if (present(rotational_stiffness)) made%stiffness(4:6) = rotational_stiffness
+      if (present(damping)) made%damping(1:3) = damping
+      if (present(rotational_damping)) made%damping(4:6) = rotational_damping
+      call check_numbers()
+      call self%find_anchor(body_1, 'body_1', one)
+      call self%find_anchor(body_2, 'body_2', two)
+      if (.not. allocated(self%error)) call place()
+      if (.not. allocated(self%error)) then
+         call make_room_bushings(self)
+         self%bushing_count = self%bushing_count + 1
+         self%bushings(self%bushing_count) = made
+      end if
+      call locate(self, 'bushing', made%name)
+      call note_far(self, 'bushing', made%name, 'its point', made%body_1, made%p_1)
+      call note_far(self, 'bushing', made%name, 'its point', made%body_2, made%p_2)
+
+   contains
+
+      !> None is negative, and there is one; in the plane there is nothing across it.
+      subroutine check_numbers()
+         associate (all_of_them => [made%stiffness, made%damping])
+            if (.not. all(abs(all_of_them) <= huge(1.0_wp))) then
+               call raise(self%error, '', 'one of its numbers is not finite', 'correct it')
+            else if (any(all_of_them < 0.0_wp)) then
+               call raise(self%error, '', 'a stiffness or a damping of '//to_text(minval(all_of_them))//' is negative', &
+                          'give it in N/m, N m/rad, N s/m or N m s/rad; a spring may drive away')
+            else if (.not. any(all_of_them > 0.0_wp)) then
+               call raise(self%error, '', 'it has neither stiffness nor damping', 'give one of them')
+            end if
+         end associate
+         if (self%planar .and. any([made%stiffness(3:5), made%damping(3:5)] > 0.0_wp)) &
+            call raise(self%error, '', 'it leaves the plane x-y', 'in the plane give two numbers along it, and one about z')
+      end subroutine check_numbers
+
+      !> Points and axes.
+      subroutine place()
+         type(pose_t) :: pose_1, pose_2
+         real(wp) :: frame(3, 3)
+
+         if (one%body == two%body) then
+            call raise(self%error, '', 'it joins "'//one%name//'" to itself', 'name two different bodies')
+            return
+         end if
+         made%body_1 = one%body
+         made%body_2 = two%body
+         call check_masses(one, two)
+         call check_masses(two, one)
+         call place_points(self, one, two, point, point_1, point_2, local, made%p_1, made%p_2)
+         pose_1 = self%start_pose(one%body)
+         pose_2 = self%start_pose(two%body)
+         call find_axes(pose_1, frame)
+         if (allocated(self%error)) return
+         made%frame_1 = matmul(transpose(pose_1%r), frame)
+         made%frame_2 = matmul(transpose(pose_2%r), frame)
+      end subroutine place
+
+      !> A point mass does not turn: it has no axes for another body.
+      subroutine check_masses(it, other)
+         type(anchor_t), intent(in) :: it, other
+
+         if (it%body == 0) return
+         if (.not. any(self%bodies(it%body)%kind == [body_point, body_planar_point])) return
+         if (other%body /= 0) &
+            call raise(self%error, '', '"'//it%name//'" is '//trim(self%words%point_mass)//', which has no axes', &
+                       'join it to the ground, or join two bodies, or use a spring')
+         if (any([made%stiffness(4:6), made%damping(4:6)] > 0.0_wp)) &
+            call raise(self%error, '', '"'//it%name//'" is '//trim(self%words%point_mass)//', which does not turn', &
+                       'leave rotational_stiffness and rotational_damping out')
+      end subroutine check_masses
+
+      !> Its axes at the start, in global ones.
+      subroutine find_axes(pose_1, frame)
+         type(pose_t), intent(in) :: pose_1
+         real(wp), intent(out) :: frame(3, 3)
+         real(wp), parameter :: x(3) = [1.0_wp, 0.0_wp, 0.0_wp]
+         real(wp) :: near(3)
+
+         frame(:, 3) = normal_of_plane
+         if (present(axis)) frame(:, 3) = axis
+         near = x
+         if (present(side)) near = side
+         if (local) then
+            if (present(axis)) frame(:, 3) = matmul(pose_1%r, axis)
+            if (present(side)) near = matmul(pose_1%r, side)
+         end if
+         if (self%planar .and. norm2(frame(1:2, 3)) + abs(near(3)) > 0.0_wp) then
+            call raise(self%error, '', 'its axes leave the plane x-y', 'leave the axis out, and give a side with z = 0')
+         else if (.not. (norm2(frame(:, 3)) > 0.0_wp .and. norm2(frame(:, 3)) <= huge(1.0_wp) .and. norm2(near) > 0.0_wp .and. &
+                         norm2(near) <= huge(1.0_wp))) then
+            call raise(self%error, '', 'its axis or its side is zero, or not a number', 'give a direction of any length')
+         end if
+         if (allocated(self%error)) return
+         frame(:, 3) = frame(:, 3)/norm2(frame(:, 3))
+         near = near/norm2(near)
+         if (.not. present(side) .and. abs(dot_product(near, frame(:, 3))) > 0.999_wp) near = normal_of_plane
+         frame(:, 2) = cross(frame(:, 3), near)
+         if (norm2(frame(:, 2)) < 1.0e-6_wp) then
+            call raise(self%error, '', 'its side is along its axis', 'give a direction across it')
+            return
+         end if
+         frame(:, 2) = frame(:, 2)/norm2(frame(:, 2))
+         frame(:, 1) = cross(frame(:, 2), frame(:, 3))
+      end subroutine find_axes
+
+   end procedure add_bushing
 
    !> Places the points of what joins two anchors: a point that both share, or one for each; a side that has none takes the
    !! point of the other, or the center of mass.
@@ -312,6 +431,18 @@ contains
          last = last + len_trim(names(i)) + 4
       end do
    end function list
+
+   !> Room for one more in the list, which doubles when it is full.
+   subroutine make_room_bushings(self)
+      type(mechanism_builder_t), intent(inout) :: self
+      type(bushing_t), allocatable :: more(:)
+
+      if (.not. allocated(self%bushings)) allocate (self%bushings(16))
+      if (self%bushing_count < ubound(self%bushings, 1)) return
+      allocate (more(2*self%bushing_count))
+      more(:self%bushing_count) = self%bushings
+      call move_alloc(more, self%bushings)
+   end subroutine make_room_bushings
 
    !> Room for one more in the list, which doubles when it is full.
    subroutine make_room_joints(self)

@@ -1,5 +1,6 @@
 !> Functions, loads, springs and events of a mechanism that is being built.
 submodule(taut_model_mechanism_builder) taut_model_mechanism_builder_loads
+   use taut_constrained_system_tables, only: name_length
    use taut_model_mechanism_joint, only: drawn_angle, has_angle, has_displacement
    implicit none (type, external)
 
@@ -157,7 +158,8 @@ contains
          made%free = norm2(d)
          if (present(free_length)) made%free = free_length
          if (.not. norm2(d) > 0.0_wp) &
-            call raise(self%error, '', 'its points are at one place: its force has no direction', 'set them apart')
+            call raise(self%error, '', 'its points are at one place: its force has no direction', &
+                       'set them apart, or use '//trim(self%words%bushing))
       end subroutine between_points
 
       !> The point of one side; without one, the center of mass.
@@ -181,44 +183,54 @@ contains
 
    end procedure add_spring
 
-   !> Springs whose force and length are written out.
+   !> Springs whose force and length, and bushings whose force and moment are written out.
    module procedure show_springs
+      character(len=name_length) :: known(self%spring_count + self%bushing_count)
+      integer, allocatable :: numbers(:)
       integer :: i
 
       if (allocated(self%error)) return
+      ! Springs and dampers, then bushings.
+      do i = 1, self%spring_count
+         known(i) = self%springs(i)%name
+      end do
+      do i = 1, self%bushing_count
+         known(self%spring_count + i) = self%bushings(i)%name
+      end do
       if (present(names)) then
-         self%shown_springs = [(number_of(trim(names(i))), i=1, size(names))]
+         numbers = [(number_of(trim(names(i))), i=1, size(names))]
       else
-         self%shown_springs = [(number_of(self%springs(i)%name), i=1, self%spring_count)]
+         numbers = [(number_of(trim(known(i))), i=1, size(known))]
       end if
-      do i = 1, size(self%shown_springs)
+      do i = 1, size(numbers)
          if (allocated(self%error)) return
-         if (len_trim(self%springs(self%shown_springs(i))%name) == 0) then
-            call raise(self%error, '', 'a spring or damper has no name', 'give it name = "..."')
+         if (len_trim(known(numbers(i))) == 0) then
+            call raise(self%error, '', 'a spring, damper or bushing has no name', 'give it name = "..."')
             return
          end if
-         call check_name(self, self%springs(self%shown_springs(i))%name, .true.)
-         call locate(self, 'spring', self%springs(self%shown_springs(i))%name)
+         call check_name(self, known(numbers(i)), .true.)
+         call locate(self, trim(merge('spring ', 'bushing', numbers(i) <= self%spring_count)), known(numbers(i)))
       end do
+      if (allocated(self%error)) return
+      self%shown_springs = pack(numbers, numbers <= self%spring_count)
+      self%shown_bushings = pack(numbers, numbers > self%spring_count) - self%spring_count
 
    contains
 
-      !> The one spring of a name.
+      !> The one of a name.
       integer function number_of(name) result(number)
          character(*), intent(in) :: name
-         character(len=len(name) + len(name)/3 + 1) :: known(self%spring_count)
          integer :: j
 
          number = 0
-         do j = 1, self%spring_count
-            known(j) = self%springs(j)%name
-            if (self%springs(j)%name /= name) cycle
+         do j = 1, size(known)
+            if (known(j) /= name) cycle
             if (number > 0 .and. len(name) > 0) &
                call raise(self%error, '', 'springs = "'//name//'": there are two of this name', 'rename one of them')
             number = j
          end do
-         if (number == 0) call raise(self%error, '', 'springs = "'//name//'": there is no spring or damper of this name', &
-                                     meant_of(name, known)//'se the name of a &spring or a &damper')
+         if (number == 0) call raise(self%error, '', 'springs = "'//name//'": there is no spring, damper or bushing of this name', &
+                                     meant_of(name, known)//'se the name of a &spring, a &damper or a &bushing')
       end function number_of
 
    end procedure show_springs
