@@ -104,7 +104,7 @@ def test_everything_has_its_place(mechanism: Path, tmp_path: Path) -> None:
     assert motion.point(joints["edge"].anchors[1])[0] == pytest.approx([2, 2.5, 1])
     assert motion.direction("ball", joints["j2"].axes[1])[0] == pytest.approx([0, 0, 1])
     assert joints["j1"].axes is None
-    force = Anchor("ball", zoo.bodies["ball"].attached[-2])
+    force = Anchor("ball", zoo.bodies["ball"].attached[-3])
     assert motion.point(force)[0] == pytest.approx([1, 0, 1.1])
     coil = zoo.springs[2]
     bush = zoo.springs[3]
