@@ -294,8 +294,8 @@ BAD = {
         "set them apart, or use &bushing",
     ),
     "bushing without stiffness": (
-        ROD + '&bushing name = "bush", body_2 = "rod", rotational_stiffness = 1 /\n',
-        "case.nml:2: &bushing: rotational_stiffness",
+        ROD + '&bushing name = "bush", body_2 = "rod", damping = 0, 0, 0 /\n',
+        'case.nml:2: &bushing "bush": it has neither stiffness nor damping',
     ),
     "bushing that adds energy": (
         ROD + '&bushing name = "bush", body_2 = "rod", damping = 0, 0, -1 /\n',
