@@ -254,7 +254,7 @@ BAD = {
     ),
     "columns of a spring without a name": (
         ROD + HINGE + '&spring joint = "hinge", stiffness = 1 /\n&output springs = "all" /\n',
-        "case.nml:4: &output: a spring or damper has no name",
+        "case.nml:4: &output: a spring, damper or bushing has no name",
     ),
     "columns of a spring with a name that is not fit": (
         ROD + HINGE + '&spring name = "a,b", joint = "hinge", stiffness = 1 /\n&output springs = "a,b" /\n',
