@@ -13,7 +13,9 @@ from taut.programs import release
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "cases/mechanism/README.md").read_text(encoding="utf-8").split("\n## ")[1]
-PRESS, RUN, MOMENT, DRIVE, SPRING, PICTURES, SWEEP = blocks(re.sub(r"(?s)```toml\n.*?```\n", "", PAGE))
+PRESS, RUN, MOMENT, DRIVE, SPRING, BUSHING, PICTURES, SWEEP = blocks(
+    re.sub(r"(?s)```toml\n.*?```\n", "", PAGE)
+)
 TOML = re.search(r"(?s)```toml\n(.*?)```", PAGE)[1]
 
 
@@ -60,6 +62,14 @@ def test_moment(mechanism: Path, tmp_path: Path) -> None:
     # What the moment does is the kinetic energy.
     turned = np.unwrap(run["crank.angle"])
     assert run["energy"] - run["energy"][0] == pytest.approx(0.5 * turned, rel=2e-6, abs=1e-6)
+
+
+def test_bushing(mechanism: Path, tmp_path: Path) -> None:
+    (tmp_path / "press.nml").write_text(PRESS + BUSHING, encoding="utf-8")
+    done(tmp_path, mechanism, "press.nml")
+    # It is relaxed at the start, where nothing else acts.
+    run = table(tmp_path / "results/press/present.csv")
+    assert run["slider.x"] == pytest.approx(run["slider.x"][0], abs=1e-9)
 
 
 def test_drive_spring_and_reactions(mechanism: Path, driven: Path) -> None:

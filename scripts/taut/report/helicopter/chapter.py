@@ -5,7 +5,7 @@ import numpy as np
 from taut.formats import count, listed, number
 from taut.report.document import Chapter, Figure, Paragraph, Section, Table
 from taut.report.helicopter import figures as helicopter
-from taut.report.helicopter.claims import CHECKS, CLAIMS, OLD, PAPER, SOFT, STIFF, TIGHT
+from taut.report.helicopter.claims import CHECKS, CLAIMS, OLD, PAPER, RIGID, SOFT, STIFF, TIGHT
 from taut.report.helicopter.measures import dominant_frequency, largest
 from taut.report.judgment import judged
 from taut.results import Results
@@ -19,6 +19,7 @@ CASES = (
     f"{SOFT}_tight",
     STIFF,
     f"{STIFF}_tight",
+    RIGID,
     "cyclic",
 )
 CAPTIONS = (

@@ -113,13 +113,13 @@ contains
       !> A name that there is not, or a sum that contains itself.
       type(error_t), allocatable, intent(inout) :: error
       type(name_index_t) :: names
-      logical :: open(size(functions)), resolved(size(functions))
+      logical :: begun(size(functions)), resolved(size(functions))
       integer :: i
 
       do i = 1, size(functions)
          call names%add(functions(i)%name, i)
       end do
-      open = .false.
+      begun = .false.
       resolved = functions%kind /= function_sum
       do i = 1, size(functions)
          call resolve(i)
@@ -135,11 +135,11 @@ contains
 
          if (resolved(i) .or. allocated(error)) return
          here = 'function "'//functions(i)%name//'"'
-         if (open(i)) then
+         if (begun(i)) then
             call raise(error, here, 'it is a sum that contains itself', 'remove it from one of the sums: '//open_names())
             return
          end if
-         open(i) = .true.
+         begun(i) = .true.
          associate (sum => functions(i))
             sum%terms = [simple_function_t ::]
             sum%weights = [real(wp) ::]
@@ -157,7 +157,7 @@ contains
                call add_terms(sum, functions(number), k)
             end do
          end associate
-         open(i) = .false.
+         begun(i) = .false.
          resolved(i) = .true.
       end subroutine resolve
 
@@ -168,7 +168,7 @@ contains
 
          text = ''
          do k = 1, size(functions)
-            if (open(k)) text = text//' "'//functions(k)%name//'"'
+            if (begun(k)) text = text//' "'//functions(k)%name//'"'
          end do
          text = text(2:)
       end function open_names
