@@ -124,17 +124,35 @@ contains
       end do
    end subroutine same_derivatives
 
+   !> Runs of a second, one with fewer coordinates and one with all.
+   subroutine reduced_and_whole(run, method, options, history, failure)
+      type(run_t), intent(inout) :: run
+      type(method_t), intent(in) :: method
+      type(integration_options_t), intent(in) :: options
+      type(history_t), intent(inout) :: history(2)
+      character(:), allocatable, intent(inout) :: failure
+      type(integration_result_t) :: result
+      type(error_t), allocatable :: error
+      type(method_t) :: made
+      type(state_t) :: at
+      integer :: i
+
+      made = method
+      do i = 1, 2
+         at = run%start
+         made%reduce = i == 1
+         call simulate(run%model, at, 1.0_wp, result, error, made, options, history(i))
+         call no_error(failure, error)
+      end do
+   end subroutine reduced_and_whole
+
    !> Everything that a history keeps.
    subroutine same_motion(failure)
       character(:), allocatable, intent(inout) :: failure
       type(run_t) :: run
       type(history_t) :: history(2)
       type(integration_options_t) :: options
-      type(integration_result_t) :: result
-      type(error_t), allocatable :: error
       type(method_t) :: method
-      type(state_t) :: at
-      integer :: i
 
       call run_text(everything, 1.0e-3_wp, 1.0e-8_wp, run, failure)
       if (allocated(failure)) return
@@ -143,12 +161,7 @@ contains
       options%integrator = 'dop853'
       options%output_dt = 0.1_wp
       method%weight = 'mass'
-      do i = 1, 2
-         at = run%start
-         method%reduce = i == 1
-         call simulate(run%model, at, 1.0_wp, result, error, method, options, history(i))
-         call no_error(failure, error)
-      end do
+      call reduced_and_whole(run, method, options, history, failure)
       if (allocated(failure)) return
       associate (a => history(1), b => history(2))
          call check(failure, a%points == b%points .and. a%points > 10, 'points')
@@ -214,23 +227,13 @@ contains
       type(run_t) :: run
       type(history_t) :: history(2)
       type(integration_options_t) :: options
-      type(integration_result_t) :: result
-      type(error_t), allocatable :: error
-      type(method_t) :: method
-      type(state_t) :: at
-      integer :: i
 
       call run_text(text, 1.0e-3_wp, 1.0e-8_wp, run, failure)
       if (allocated(failure)) return
       options%rtol = 1.0e-10_wp
       options%atol = 1.0e-10_wp
       options%output_dt = 0.1_wp
-      do i = 1, 2
-         at = run%start
-         method%reduce = i == 1
-         call simulate(run%model, at, 1.0_wp, result, error, method, options, history(i))
-         call no_error(failure, error)
-      end do
+      call reduced_and_whole(run, method_t(), options, history, failure)
       if (allocated(failure)) return
       call check_below(failure, maxval(abs(history(1)%x - history(2)%x)), 1.0e-7_wp, 'coordinates')
       call check_below(failure, maxval(abs(history(1)%lambda - history(2)%lambda)), 1.0e-6_wp, 'multipliers of least norm')

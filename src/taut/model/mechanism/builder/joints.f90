@@ -191,7 +191,7 @@ contains
                call raise(self%error, '', 'one of its numbers is not finite', 'correct it')
             else if (any(all_of_them < 0.0_wp)) then
                call raise(self%error, '', 'a stiffness or a damping of '//to_text(minval(all_of_them))//' is negative', &
-                          'give it in N/m, N m/rad, N s/m or N m s/rad; a spring may drive away')
+                          'give zero or more; what drives apart is a &spring with a negative stiffness')
             else if (.not. any(all_of_them > 0.0_wp)) then
                call raise(self%error, '', 'it has neither stiffness nor damping', 'give one of them')
             end if
