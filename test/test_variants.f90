@@ -99,6 +99,23 @@ contains
          call check_error(failure, error, list_path//':2|2 values', 'a line with too few or too many values')
          if (allocated(error)) deallocate (error)
       end do
+      call write_both('x', lf//'a'//lf//'b'//lf//'a '//lf)
+      call variants%load(case_path, list_path, error)
+      do i = 1, 3
+         call variants%next(name, text, error)
+      end do
+      call check_error(failure, error, list_path//':4|"a" is there already, in line 2|another name', 'a name that stands twice')
+      if (allocated(error)) deallocate (error)
+      call write_both('x', ' '//lf)
+      call variants%load(case_path, list_path, error)
+      call variants%next(name, text, error)
+      call check_error(failure, error, list_path//':1|no name', 'a run without a name')
+      if (allocated(error)) deallocate (error)
+      call write_both('x', lf)
+      call variants%load(case_path, list_path, error)
+      call variants%next(name, text, error)
+      call check_error(failure, error, list_path//'|no run', 'a list without a run')
+      if (allocated(error)) deallocate (error)
       call variants%load(folder//'/none.nml', list_path, error)
       call check_error(failure, error, 'none.nml|read', 'no case file')
       if (allocated(error)) deallocate (error)

@@ -58,7 +58,23 @@ VALUES = {
         "&pendulum",
         "constraint_copies = 1.5",
     ),
-    "column that does not exist": ('&output columns = "x", "y" /', "case.nml", 'no column "y"', "first line"),
+    "column that does not exist": (
+        '\n&output columns = "x", "y" /',
+        "case.nml:2: &output",
+        'no column "y"',
+        "first line",
+    ),
+    "extreme that does not exist": (
+        '\n&extreme column = "y", name = "top" /',
+        'case.nml:2: &extreme "top"',
+        'no column "y"',
+        "first line",
+    ),
+    "extreme named as another": (
+        '&extreme column = "x" /\n&extreme column = "z", name = "x" /',
+        "case.nml:2: &extreme",
+        'two extremes are called "x"',
+    ),
     "text without quotes": ("&method name = present /", "&method", "name = present", "quotation"),
     "negative mass": ("\n&pendulum mass = -1 /", "case.nml:2: &pendulum", "mass = -1", "kg"),
     "zero mass": ("&pendulum mass = 0 /", "&pendulum", "mass = 0", "kg"),
@@ -156,6 +172,25 @@ def test_second_case_file_is_read_before_the_first_is_run(run: Run, tmp_path: Pa
 def test_missing_case_file(run: Run, tmp_path: Path) -> None:
     assert_refused(run("nowhere/case.nml", "--out", "out"), "nowhere/case.nml", "no such case file", "path")
     assert not (tmp_path / "out").exists()
+
+
+def test_list_of_runs_tells_which_did_not_end(run: Run, tmp_path: Path) -> None:
+    case = write(
+        tmp_path / "case.nml", "&pendulum mass = @1@ /\n&integration t_end = 0.1, max_steps = @2@ /\n"
+    )
+    runs = write(tmp_path / "runs.tsv", "good\t1\t1000\n")
+    assert run(case, "--runs", runs).returncode == 0
+    for values, status in (("-1\t1000", "failed"), ("1\t2", "too-many-steps")):
+        write(runs, f"good\t1\t1000\nbad\t{values}\nalso good\t2\t1000\n")
+        done = run(case, "--runs", runs)
+        assert done.returncode == 1 and "there are runs that did not reach their end" in done.stderr
+        rows = list(csv.DictReader(done.stdout.splitlines()))
+        assert [row["status"] for row in rows] == ["reached-end", status, "reached-end"]
+    write(runs, "\n\n")
+    assert_refused(run(case, "--runs", runs), "runs.tsv: the list has no run", "a line for each")
+    for line, fault in (("good\t2\t1000", '"good" is there already, in line 1'), ("\t2\t1000", "no name")):
+        write(runs, f"good\t1\t1000\n{line}\n")
+        assert_refused(run(case, "--runs", runs), "runs.tsv:2", fault)
 
 
 def test_folder_as_case_file(run: Run, tmp_path: Path) -> None:

@@ -43,6 +43,8 @@ class BatchExecutor(Executor):
             started += (done or first - 1) + 1 - next_run
             if code == INTERRUPTED or (code < 0 and self.stop.asked):
                 return Work("interrupted", code, runs=started)
+            if done == first + run.count - 1:
+                break
             if code == 1 or (code == 0 and done == before) or not rows.stat().st_size:
                 return Work("failed", code, last_line(said, code), runs=started)
             if code != 0:

@@ -100,9 +100,15 @@ contains
       code = 1
       if (allocated(line%runs)) then
          call catch_signals()
-         call run_variants(kind, line%cases(1)%text, line%runs, interrupted, error)
+         call run_variants(kind, line%cases(1)%text, line%runs, all_ended, interrupted, error)
          if (failed()) return
-         code = merge(code_interrupted, 0, interrupted)
+         if (interrupted) then
+            code = code_interrupted
+         else if (all_ended) then
+            code = 0
+         else
+            write (error_unit, '(2a)') app, ': there are runs that did not reach their end; the last column says why'
+         end if
          return
       end if
 

@@ -160,11 +160,13 @@ contains
    end function column_value
 
    !> The columns that patterns name, and the time.
-   subroutine choose_columns(model, patterns, wanted, error)
+   subroutine choose_columns(model, patterns, place, wanted, error)
       !> The system.
       class(tabulated_system_t), intent(in) :: model
       !> Names, with * for any characters; blank ones do not count, and none means all.
       character(*), intent(in) :: patterns(:)
+      !> Where they are asked for, as a message begins.
+      character(*), intent(in) :: place
       !> Whether a column is one of them: (columns).
       logical, allocatable, intent(out) :: wanted(:)
       !> A column that does not exist.
@@ -200,7 +202,7 @@ contains
          end do
          meant = trim(nearest_name(patterns(j), names))
          if (len(meant) > 0) meant = 'did you mean "'//meant//'"? Or '
-         call raise(error, '&output', 'there is no column "'//trim(patterns(j))//'"', &
+         call raise(error, place, 'there is no column "'//trim(patterns(j))//'"', &
                     meant//'take names from the first line of a result with all columns; * stands for any characters')
       end do
    end subroutine choose_columns

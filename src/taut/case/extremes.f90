@@ -100,10 +100,10 @@ contains
          do j = 1, size(vectors)
             if (vectors(j)%name == asked(i)%column) call take_vector(self, k, vectors(j)%rows)
             if (vectors(j)%name == asked(i)%name .and. .not. is_whole(asked(i))) &
-               call raise(error, '&extreme', '"'//asked(i)%name//'" is what the largest over the whole motion is called', &
+               call raise(error, asked(i)%place, '"'//asked(i)%name//'" is what the largest over the whole motion is called', &
                           'give it another name')
          end do
-         if (self%vector(1, k) == 0) call find_column(model, vectors, asked(i)%column, self%column(k), error)
+         if (self%vector(1, k) == 0) call find_column(model, vectors, asked(i), self%column(k), error)
          if (allocated(error)) return
       end do
       if (magnitudes) then
@@ -148,11 +148,11 @@ contains
       self%used = last
    end subroutine take_vector
 
-   !> The column of a name.
-   subroutine find_column(model, vectors, name, column, error)
+   !> The column that is asked for.
+   subroutine find_column(model, vectors, asked, column, error)
       class(tabulated_system_t), intent(in) :: model
       type(magnitude_t), intent(in) :: vectors(:)
-      character(*), intent(in) :: name
+      type(extreme_t), intent(in) :: asked
       integer, intent(out) :: column
       type(error_t), allocatable, intent(inout) :: error
       character(len=name_length), allocatable :: names(:)
@@ -161,7 +161,7 @@ contains
 
       n = column_count(model)
       do column = 2, n
-         if (column_name(model, column) == name) return
+         if (column_name(model, column) == asked%column) return
       end do
       allocate (names(n - 1 + size(vectors)))
       do i = 2, n
@@ -170,9 +170,9 @@ contains
       do i = 1, size(vectors)
          names(n - 1 + i) = vectors(i)%name
       end do
-      meant = trim(nearest_name(name, names))
+      meant = trim(nearest_name(asked%column, names))
       if (len(meant) > 0) meant = 'did you mean "'//meant//'"? Or '
-      call raise(error, '&extreme', 'there is no column "'//name//'"', &
+      call raise(error, asked%place, 'there is no column "'//asked%column//'"', &
                  meant//'take a name, but t, from the first line of a result with all columns')
    end subroutine find_column
 

@@ -90,7 +90,7 @@ contains
 
       self%t_start = settings%t_start
       self%t_end = settings%t_end
-      call choose_columns(model, settings%columns, self%wanted, error)
+      call choose_columns(model, settings%columns, settings%place_of_columns, self%wanted, error)
       self%rank = rank_column(model)
       self%states = model%n_x + model%n + model%n_w
       if (.not. allocated(error)) call self%extremes%init(model, settings%extremes, self%of_vectors, error)

@@ -189,7 +189,7 @@ contains
    end subroutine run_case
 
    !> Runs all methods of a case and writes no file. What a signal interrupts leaves nothing.
-   subroutine run_rows(name, file, model, start, settings, rows, error)
+   subroutine run_rows(name, file, model, start, settings, rows, all_ended, error)
       !> What stands before each row.
       character(*), intent(in) :: name
       !> The case file.
@@ -202,13 +202,15 @@ contains
       type(settings_t), intent(in) :: settings
       !> The rows of its summary, without the extremes of the system's vectors and with why a method ended early behind each.
       character(:), allocatable, intent(out) :: rows
+      !> Whether every integration reached its end or a terminal event; left alone if so.
+      logical, intent(inout) :: all_ended
       !> A method that cannot begin.
       type(error_t), allocatable, intent(inout) :: error
       type(run_options_t) :: options
       type(archive_t) :: no_checkpoint
       type(progress_of_case_t) :: progress
       character(:), allocatable :: events, message, row
-      logical :: all_ended, interrupted
+      logical :: interrupted
       integer :: i
 
       options%quiet = .true.

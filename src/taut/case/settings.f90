@@ -59,6 +59,8 @@ module taut_case_settings
       character(:), allocatable :: name
       !> The column, by its name.
       character(:), allocatable :: column
+      !> Where it is asked for, as a message begins.
+      character(:), allocatable :: place
       !> Times between which it is looked for [s].
       real(wp) :: from = -huge(1.0_wp), to = huge(1.0_wp)
    contains
@@ -73,6 +75,8 @@ module taut_case_settings
       type(integration_options_t) :: options
       !> Columns of the CSV files, with * for any characters; blank ones do not count, and none means all.
       character(len=longest_name), allocatable :: columns(:)
+      !> Where they are asked for, as a message begins.
+      character(:), allocatable :: place_of_columns
       !> Extremes for the summary.
       type(extreme_t), allocatable :: extremes(:)
       !> Methods to be run side by side.
@@ -196,6 +200,7 @@ contains
       do i = 1, size(file%groups)
          if (file%groups(i)%name /= 'extreme') cycle
          one = extreme_t()
+         one%place = file%groups(i)%place(file%path, file%groups(i)%line)
          call read_group(file, file%groups(i), one, error)
          if (allocated(error)) return
          call check_extreme(one, extremes, error)
@@ -369,6 +374,9 @@ contains
          settings%options%output_dt = output%dt
          if (allocated(output%columns)) call move_alloc(output%columns, plain_output%columns)
       end if
+      settings%place_of_columns = '&output'
+      i = first_group(file, 'output')
+      if (i > 0) settings%place_of_columns = file%groups(i)%place(file%path, file%groups(i)%line)
       if (allocated(plain_output%columns)) then
          call move_alloc(plain_output%columns, settings%columns)
       else
@@ -378,7 +386,7 @@ contains
           .not. settings%options%output_dt > 0.0_wp) return
       call raise(error, '', 'dt = '//to_text(settings%options%output_dt)//' s asks for too many rows', &
                  'give a longer time, or 0 for every step')
-      call file%locate(file%groups(first_group(file, 'output')), error)
+      error%where = settings%place_of_columns
    end subroutine read_settings
 
    !> A label must be a file name, and no other method's; some file systems do not tell small letters from large ones.

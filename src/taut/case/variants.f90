@@ -4,6 +4,7 @@
 !! blanks as a case file has them, with a tab before each.
 module taut_case_variants
    use taut_error, only: error_t, raise, to_text
+   use taut_name_index, only: name_index_t
    use taut_case_csv, only: csv_field
    use taut_case_extremes, only: extreme_columns
    use taut_case_group, only: declared_t
@@ -34,6 +35,8 @@ module taut_case_variants
       type(part_t), allocatable :: parts(:)
       character(:), allocatable :: list_path, list
       integer :: blanks = 0, next_letter = 1, line = 0
+      !> The lines of the names so far.
+      type(name_index_t) :: names
    contains
       procedure :: load
       procedure :: next
@@ -45,13 +48,15 @@ contains
    !> Runs all lines of a list one after the other. Each leaves rows on standard output, those of the case's summary with the
    !! run's name before them and, behind them, why it ended if that was early; all rows of a run are written at once, so
    !! that what is there is whole however the program ends. A run that cannot be made leaves a row that says so.
-   subroutine run_variants(kind, path, list_path, interrupted, error)
+   subroutine run_variants(kind, path, list_path, all_ended, interrupted, error)
       !> The kind of case file.
       class(case_kind_t), intent(in) :: kind
       !> The case file.
       character(*), intent(in) :: path
       !> The list.
       character(*), intent(in) :: list_path
+      !> Whether every run was made and reached its end or a terminal event.
+      logical, intent(out) :: all_ended
       !> Whether a signal ended it; the run that it met leaves nothing.
       logical, intent(out) :: interrupted
       !> A file that cannot be read, or a list that does not fit it.
@@ -68,6 +73,7 @@ contains
       character(:), allocatable :: name, names, rows, text
       integer :: i
 
+      all_ended = .true.
       interrupted = .false.
       call variants%load(path, list_path, error)
       if (allocated(error)) return
@@ -92,8 +98,10 @@ contains
          if (.not. allocated(refusal)) call own%read(file, model, start, settings, refusal)
          if (.not. allocated(refusal)) call check_extremes(file, extremes, settings%extremes, refusal)
          if (.not. allocated(refusal)) call check_start(file, model, start, settings, refusal)
-         if (.not. allocated(refusal)) call run_rows(csv_field(name), file, model, start, settings, rows, refusal)
+         if (.not. allocated(refusal)) &
+            call run_rows(csv_field(name), file, model, start, settings, rows, all_ended, refusal)
          if (allocated(refusal)) then
+            all_ended = .false.
             rows = failed_row(csv_field(name), file%name, refusal%line(), 4*size(extremes))
             deallocate (refusal)
          end if
@@ -194,7 +202,11 @@ contains
       integer :: i, last, length, used
 
       do
-         if (self%next_letter > len(self%list)) return
+         if (self%next_letter > len(self%list)) then
+            if (self%names%count == 0) call raise(error, self%list_path, 'the list has no run', &
+                                                  'write a line for each, with its name and the values of the blanks')
+            return
+         end if
          length = index(self%list(self%next_letter:), line_end)
          last = self%next_letter + length - 2
          if (length == 0) last = len(self%list)
@@ -238,6 +250,24 @@ contains
          name = line(:firsts(1) - 2)
       end associate
       self%next_letter = last + 2
+      call check_name(self, name, error)
    end subroutine next
+
+   !> The name of a run tells its rows from those of others.
+   subroutine check_name(self, name, error)
+      class(variants_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: before
+
+      before = self%names%find(name)
+      if (len_trim(name) == 0) then
+         call raise(error, self%list_path//':'//to_text(self%line), 'the run has no name', 'begin the line with one')
+      else if (before > 0) then
+         call raise(error, self%list_path//':'//to_text(self%line), 'run "'//trim(name)//'" is there already, in line '// &
+                    to_text(before), 'give it another name')
+      end if
+      call self%names%add(name, self%line)
+   end subroutine check_name
 
 end module taut_case_variants
