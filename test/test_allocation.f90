@@ -10,7 +10,9 @@ module test_allocation
                    mechanical_system_t, method_names, method_t, state_t, wp
    use taut_constrained_method_choose, only: new_constrained_ode
    use taut_constrained_stepper_choose, only: choose_constrained_stepper
-   use taut_linalg_normal_solver_choose, only: solver_names
+   use taut_linalg_csr, only: csr_t
+   use taut_linalg_normal_solver, only: normal_solver_t
+   use taut_linalg_normal_solver_choose, only: choose_solver, solver_names
    use taut_model_chain, only: chain_t, new_chain
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
@@ -23,6 +25,7 @@ module test_allocation
    use taut_model_modal_body, only: modal_body_t, new_modal_body
    use taut_model_rigid_bodies, only: new_rigid_bodies, rigid_bodies_t, rigid_body_t, spherical_joint_t
    use taut_ode_stepper, only: stepper_t
+   use test_normal_solver, only: factorize, rows_of
    use testing, only: check, new_test, no_error, test_t
    implicit none (type, external)
    private
@@ -37,6 +40,7 @@ contains
       tests = [new_test('the counter counts', counter_counts), &
                new_test('no method allocates inside a step', methods_do_not_allocate), &
                new_test('no solver allocates inside a step', solvers_do_not_allocate), &
+               new_test('no refinement allocates', refinements_do_not_allocate), &
                new_test('no kind of system allocates inside a step', systems_do_not_allocate), &
                new_test('no part of a mechanism allocates', mechanisms_do_not_allocate), &
                new_test('no rigid or modal body allocates', bodies_do_not_allocate), &
@@ -146,6 +150,32 @@ contains
          call compare_runs('chain, '//trim(solver_names(i)), chain, at%x, at%v, method, failure)
       end do
    end subroutine solvers_do_not_allocate
+
+   !> Two rows that differ by a thousandth: what S has of them is refined.
+   subroutine refinements_do_not_allocate(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(csr_t) :: a
+      type(block_diagonal_t) :: k
+      class(normal_solver_t), allocatable :: onto
+      real(wp) :: d(3), lambda(2), r(2)
+      integer(int64) :: before
+      integer :: i, info
+
+      a = rows_of(reshape([1.0_wp, 1.0_wp, 0.0_wp, 1.0e-3_wp, 1.0_wp, 1.0_wp], [2, 3]))
+      call k%init([1, 1, 1])
+      do i = 1, size(solver_names)
+         call choose_solver(solver_names(i), a, 2, [1, 1, 1], 0.0_wp, onto)
+         call factorize(onto, a, k, .true., info)
+         if (onto%refinements == 0) cycle
+         d(:) = [1.0_wp, 2.0_wp, 3.0_wp]
+         before = allocations
+         call onto%project(a, [0.0_wp, 0.0_wp], d, r, lambda)
+         call check(failure, allocations == before .or. .not. counts_matter, trim(solver_names(i))//': a refinement allocates')
+      end do
+      call choose_solver('sparse', a, 2, [1, 1, 1], 0.0_wp, onto)
+      call factorize(onto, a, k, .true., info)
+      call check(failure, onto%refinements > 0, 'there is nothing to refine')
+   end subroutine refinements_do_not_allocate
 
    subroutine automatic_systems_do_not_allocate(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -20,6 +20,8 @@ module taut_constrained_mass
    type :: mass_t
       !> Whether both are known for good: nothing is left to `renew` and `reduce`.
       logical :: stays = .false.
+      !> Velocities and constraints.
+      integer, private :: n = 0, c = 0
       type(block_diagonal_t), private :: m
       type(completion_t), private :: completion
       class(normal_solver_t), allocatable, private :: reduced
@@ -57,6 +59,8 @@ contains
       !> Whose mass it is.
       class(mechanical_system_t), intent(in) :: model
 
+      self%n = model%n
+      self%c = model%c
       call self%m%init(model%mass_blocks)
       self%constant = model%constant_mass
       allocate (self%r(model%c), source=0.0_wp)
@@ -150,9 +154,9 @@ contains
       !> The projector, for W = M.
       type(projector_t), intent(in) :: projector
       !> Forces: (n).
-      real(wp), intent(in), contiguous :: f(:)
+      real(wp), intent(in) :: f(self%n)
       !> Accelerations: (n).
-      real(wp), intent(inout), contiguous :: a(:)
+      real(wp), intent(inout) :: a(self%n)
 
       if (self%is_weight) then
          call projector%linear%w%solve_vector(f, a)
@@ -168,9 +172,9 @@ contains
       !> The projector, for W = M.
       type(projector_t), intent(in) :: projector
       !> Accelerations: (n).
-      real(wp), intent(in), contiguous :: a(:)
+      real(wp), intent(in) :: a(self%n)
       !> Forces: (n).
-      real(wp), intent(out), contiguous :: f(:)
+      real(wp), intent(out) :: f(self%n)
 
       if (self%is_weight) then
          call projector%linear%w%multiply(a, f)
@@ -186,11 +190,11 @@ contains
       !> The projector, with A, for W = M or M = m I.
       type(projector_t), intent(inout) :: projector
       !> b'': (c).
-      real(wp), intent(in), contiguous :: b_second(:)
+      real(wp), intent(in) :: b_second(self%c)
       !> Accelerations M^-1 f, corrected: (n).
-      real(wp), intent(inout), contiguous :: a(:)
+      real(wp), intent(inout) :: a(self%n)
       !> Multipliers: (c).
-      real(wp), intent(inout), contiguous :: lambda(:)
+      real(wp), intent(inout) :: lambda(self%c)
 
       call find_multipliers(self, projector, b_second, a, lambda)
       if (self%completion%is_on .or. projector%linear%completion%is_on) call self%complete(projector, b_second, lambda)
@@ -200,14 +204,14 @@ contains
    subroutine find_multipliers(self, projector, b_second, a, lambda)
       class(mass_t), intent(inout) :: self
       type(projector_t), intent(inout) :: projector
-      real(wp), intent(in), contiguous :: b_second(:)
-      real(wp), intent(inout), contiguous :: a(:), lambda(:)
+      real(wp), intent(in) :: b_second(self%c)
+      real(wp), intent(inout) :: a(self%n), lambda(self%c)
       integer :: i
 
       if (self%uniform > 0.0_wp) then
          call projector%linear%onto%project(projector%linear%a, b_second, a, self%r, lambda)
          !GCC$ unroll 1
-         do i = 1, size(lambda)
+         do i = 1, self%c
             lambda(i) = self%uniform*lambda(i)
          end do
       else if (self%is_weight) then
@@ -225,13 +229,13 @@ contains
       !> The projector, with A, for W = M or M = m I.
       type(projector_t), intent(inout) :: projector
       !> b'': (c).
-      real(wp), intent(in), contiguous :: b_second(:)
+      real(wp), intent(in) :: b_second(self%c)
       !> Forces, corrected: (n).
-      real(wp), intent(inout), contiguous :: f(:)
+      real(wp), intent(inout) :: f(self%n)
       !> Accelerations M^-1 f, those of the corrected forces on return: (n).
-      real(wp), intent(inout), contiguous :: a(:)
+      real(wp), intent(inout) :: a(self%n)
       !> Multipliers: (c).
-      real(wp), intent(inout), contiguous :: lambda(:)
+      real(wp), intent(inout) :: lambda(self%c)
 
       call find_multipliers(self, projector, b_second, a, lambda)
       call projector%linear%a%subtract_transposed(lambda, f)

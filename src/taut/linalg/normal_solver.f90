@@ -43,6 +43,8 @@ module taut_linalg_normal_solver
       !> Whether nothing was factorized with the kept rows so far; a pivot that is zero to them, relative to its diagonal entry.
       logical :: is_new = .true.
       real(wp) :: cut = least_of_independent
+      !> Workspace of a refinement: multipliers, violations, (c); displacements, (n).
+      real(wp), allocatable, private :: along(:), left(:), more(:), moved(:), of_moved(:)
    contains
       procedure(init), deferred :: init
       procedure, non_overridable :: set_sizes
@@ -143,6 +145,7 @@ contains
       self%n = n
       self%rank = c
       allocate (self%kept(c), source=.true.)
+      allocate (self%along(c), self%left(c), self%more(c), self%moved(n), self%of_moved(c), source=0.0_wp)
    end subroutine set_sizes
 
    !> Takes the rows that are independent.
@@ -223,28 +226,27 @@ contains
       type(csr_t), intent(in) :: a
       real(wp), intent(in) :: b(self%c)
       real(wp), intent(inout) :: d(self%n), lambda(self%c)
-      real(wp) :: along(self%c), left(self%c), more(self%c), moved(self%n), of_moved(self%c)
       real(wp) :: far, rest, rest_before
       integer :: i
 
-      along(:) = 0.0_wp
+      self%along(:) = 0.0_wp
       rest_before = huge(1.0_wp)
       do i = 1, self%refinements
-         call a%multiply(d, left, b)
-         call self%multipliers(left, more)
+         call a%multiply(d, self%left, b)
+         call self%multipliers(self%left, self%more)
          ! What is left is measured by what it would move; if that is no less than before, it is round-off.
-         rest = dot_product(left, more)
+         rest = dot_product(self%left, self%more)
          if (.not. (rest > 0.0_wp .and. rest < rest_before)) return
-         along(:) = more + rest/rest_before*along
+         self%along(:) = self%more + rest/rest_before*self%along
          rest_before = rest
-         moved(:) = 0.0_wp
-         call self%correction(a, along, moved)
-         call a%multiply(moved, of_moved)
-         far = -dot_product(along, of_moved)
+         self%moved(:) = 0.0_wp
+         call self%correction(a, self%along, self%moved)
+         call a%multiply(self%moved, self%of_moved)
+         far = -dot_product(self%along, self%of_moved)
          if (.not. far > 0.0_wp) return
          far = rest/far
-         d(:) = d + far*moved
-         lambda(:) = lambda + far*along
+         d(:) = d + far*self%moved
+         lambda(:) = lambda + far*self%along
       end do
    end subroutine refine
 
