@@ -10,6 +10,9 @@ module taut_linalg_block_diagonal
    private
    public :: block_diagonal_t
 
+   !> Up to this size of a block, loops are faster than calls of LAPACK.
+   integer, parameter :: small = 4
+
    !> A block-diagonal matrix and its Cholesky factor, block by block: K = L L^T.
    type :: block_diagonal_t
       !> Order of the matrix.
@@ -281,7 +284,11 @@ contains
       self%factor(:) = self%values
       do b = 1, size(self%first) - 1
          s = self%first(b + 1) - self%first(b)
-         call dpotrf('L', s, self%factor(self%offset(b) + 1), s, info)
+         if (s <= small) then
+            call factorize_small(s, self%factor(self%offset(b) + 1:self%offset(b + 1)), info)
+         else
+            call dpotrf('L', s, self%factor(self%offset(b) + 1), s, info)
+         end if
          if (info /= 0) then
             info = self%first(b) + abs(info) - 1
             return
@@ -290,6 +297,31 @@ contains
       self%factorized(:) = self%values
       self%is_factorized = .true.
    end subroutine factorize
+
+   !> L of a block in the place of its lower triangle.
+   pure subroutine factorize_small(s, l, info)
+      integer, intent(in) :: s
+      real(wp), intent(inout) :: l(s, s)
+      integer, intent(out) :: info
+      integer :: i, j, k
+
+      info = 0
+      do j = 1, s
+         if (.not. l(j, j) > 0.0_wp) then
+            info = j
+            return
+         end if
+         l(j, j) = sqrt(l(j, j))
+         do i = j + 1, s
+            l(i, j) = l(i, j)/l(j, j)
+         end do
+         do k = j + 1, s
+            do i = k, s
+               l(i, k) = l(i, k) - l(i, j)*l(k, j)
+            end do
+         end do
+      end do
+   end subroutine factorize_small
 
    !> B := K^-1 B, after `factorize`.
    subroutine solve(self, m, b)
@@ -316,7 +348,13 @@ contains
          if (m > 1) then
             if (.not. any(abs(b(self%first(i):self%first(i) + s - 1, :)) > 0.0_wp)) cycle
          end if
-         call dpotrs('L', s, m, self%factor(self%offset(i) + 1), s, b(self%first(i), 1), self%n, info)
+         if (s <= small) then
+            do j = 1, m
+               call self%solve_block(i, b(self%first(i):self%first(i) + s - 1, j))
+            end do
+         else
+            call dpotrs('L', s, m, self%factor(self%offset(i) + 1), s, b(self%first(i), 1), self%n, info)
+         end if
       end do
    end subroutine solve
 
