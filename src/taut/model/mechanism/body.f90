@@ -248,9 +248,9 @@ contains
          case (body_spatial)
             call spatial_pose(x(i_x + 1:i_x + 7), v(i_v + 1:i_v + 6), it)
          case (body_planar)
-            call planar_pose(x(i_x + 1:i_x + 3), v(i_v + 1:i_v + 3), it)
+            call planar_pose(x(i_x + 1), x(i_x + 2), x(i_x + 3), v(i_v + 1), v(i_v + 2), v(i_v + 3), it)
          case (body_pinned)
-            call planar_pose([self%position(1:2), x(i_x + 1)], [0.0_wp, 0.0_wp, v(i_v + 1)], it)
+            call planar_pose(self%position(1), self%position(2), x(i_x + 1), 0.0_wp, 0.0_wp, v(i_v + 1), it)
          case default
             call ground_pose(it)
             do i = 1, velocities_of_kind(self%kind)
@@ -262,19 +262,31 @@ contains
    end subroutine pose
 
    !> The same for a body in the plane.
-   pure subroutine planar_pose(x, v, it)
-      real(wp), intent(in) :: x(3), v(3)
+   pure subroutine planar_pose(x, y, angle, vx, vy, w, it)
+      real(wp), intent(in) :: x, y, angle, vx, vy, w
       type(pose_t), intent(out) :: it
       real(wp) :: c, s
 
-      c = cos(x(3))
-      s = sin(x(3))
-      it%p = [x(1), x(2), 0.0_wp]
-      it%v = [v(1), v(2), 0.0_wp]
-      it%w = [0.0_wp, 0.0_wp, v(3)]
-      it%r(:, 1) = [c, s, 0.0_wp]
-      it%r(:, 2) = [-s, c, 0.0_wp]
-      it%r(:, 3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      c = cos(angle)
+      s = sin(angle)
+      it%p(1) = x
+      it%p(2) = y
+      it%p(3) = 0.0_wp
+      it%v(1) = vx
+      it%v(2) = vy
+      it%v(3) = 0.0_wp
+      it%w(1) = 0.0_wp
+      it%w(2) = 0.0_wp
+      it%w(3) = w
+      it%r(1, 1) = c
+      it%r(2, 1) = s
+      it%r(3, 1) = 0.0_wp
+      it%r(1, 2) = -s
+      it%r(2, 2) = c
+      it%r(3, 2) = 0.0_wp
+      it%r(1, 3) = 0.0_wp
+      it%r(2, 3) = 0.0_wp
+      it%r(3, 3) = 1.0_wp
    end subroutine planar_pose
 
    !> The same for a body in space; R as `matrix_of_quaternion` has it.

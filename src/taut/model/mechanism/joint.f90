@@ -196,6 +196,7 @@ contains
          row%b = b
          row%side = side
          row%drive = drive
+         row%planar = planar .and. any(kind == [row_point, row_distance])
          row%has_branches = any(kind == [row_dot, row_angle]) .and. norm2(side) > 0.0_wp
          row%p_1 = joint%p_1
          row%p_2 = joint%p_2

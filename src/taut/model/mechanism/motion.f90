@@ -90,11 +90,11 @@ contains
       if (one == two) two = places
       if (self%body(one) /= body_1) then
          self%body(one) = body_1
-         call model%pose_of(at, body_1, self%it(one))
+         call pose_of(model, at, body_1, self%it(one))
       end if
       if (self%body(two) /= body_2) then
          self%body(two) = body_2
-         call model%pose_of(at, body_2, self%it(two))
+         call pose_of(model, at, body_2, self%it(two))
       end if
    end procedure find
 
@@ -128,6 +128,11 @@ contains
       type(pose_t) :: one, two
       integer :: i
 
+      if (self%planar) then
+         ! Coordinates and velocities are the same.
+         value(:) = u
+         return
+      end if
       do i = 1, size(self%bodies)
          call self%bodies(i)%rate(at%x, u, value)
       end do
@@ -153,6 +158,10 @@ contains
       type(pose_t) :: one, two
       integer :: i
 
+      if (self%planar) then
+         x(:) = x + d
+         return
+      end if
       do i = 1, size(self%counting)
          associate (joint => self%joints(self%counting(i)))
             call poses_of_joint(self, joint, x, d, one, two)
@@ -168,6 +177,7 @@ contains
    module procedure normalize
       integer :: i
 
+      if (self%planar) return
       do i = 1, size(self%bodies)
          call self%bodies(i)%normalize(x)
       end do

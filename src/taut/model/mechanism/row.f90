@@ -41,6 +41,8 @@ module taut_model_mechanism_row
       real(wp) :: p_1(3) = 0.0_wp, p_2(3) = 0.0_wp
       !> Length or radius [m].
       real(wp) :: length = 0.0_wp
+      !> `point`, `distance`: whether all of it is in the plane x-y.
+      logical :: planar = .false.
    end type row_t
 
 contains
@@ -121,6 +123,95 @@ contains
       c = turned(it%r, cross(it%w, cross(it%w, p)))
    end function centripetal
 
+   !> In the plane: from the center of a body to a point of it.
+   pure function arm(it, p) result(r)
+      type(pose_t), intent(in) :: it
+      real(wp), intent(in) :: p(3)
+      real(wp) :: r(2)
+
+      r(1) = it%r(1, 1)*p(1) + it%r(1, 2)*p(2)
+      r(2) = it%r(2, 1)*p(1) + it%r(2, 2)*p(2)
+   end function arm
+
+   !> The same to both points of a row, and D.
+   pure subroutine find_arms(row, one, two, r_1, r_2, d)
+      type(row_t), intent(in) :: row
+      type(pose_t), intent(in) :: one, two
+      real(wp), intent(out) :: r_1(2), r_2(2), d(2)
+
+      r_1 = arm(one, row%p_1)
+      r_2 = arm(two, row%p_2)
+      d(1) = two%p(1) + r_2(1) - (one%p(1) + r_1(1))
+      d(2) = two%p(2) + r_2(2) - (one%p(2) + r_1(2))
+   end subroutine find_arms
+
+   !> phi of a row in the plane.
+   pure function planar_value(row, one, two, g) result(phi)
+      type(row_t), intent(in) :: row
+      type(pose_t), intent(in) :: one, two
+      real(wp), intent(in) :: g(3)
+      real(wp) :: d(2), phi, r_1(2), r_2(2)
+
+      call find_arms(row, one, two, r_1, r_2, d)
+      if (row%kind == row_point) then
+         phi = row%a(1)*d(1) + row%a(2)*d(2) - row%length - g(1)
+      else
+         phi = sqrt(d(1)**2 + d(2)**2) - row%length - g(1)
+      end if
+   end function planar_value
+
+   !> The row of A of a row in the plane.
+   pure subroutine planar_entries(row, one, two, e_1, e_2)
+      type(row_t), intent(in) :: row
+      type(pose_t), intent(in) :: one, two
+      real(wp), intent(out) :: e_1(6), e_2(6)
+      real(wp) :: d(2), r_1(2), r_2(2), s, u(2)
+
+      call find_arms(row, one, two, r_1, r_2, d)
+      if (row%kind == row_point) then
+         u(1) = row%a(1)
+         u(2) = row%a(2)
+      else
+         s = sqrt(d(1)**2 + d(2)**2)
+         u = d
+         if (s > 0.0_wp) u = d/s
+      end if
+      e_1(1) = -u(1)
+      e_1(2) = -u(2)
+      e_1(3:5) = 0.0_wp
+      e_1(6) = r_1(2)*u(1) - r_1(1)*u(2)
+      e_2(1) = u(1)
+      e_2(2) = u(2)
+      e_2(3:5) = 0.0_wp
+      e_2(6) = r_2(1)*u(2) - r_2(2)*u(1)
+   end subroutine planar_entries
+
+   !> b'' of a row in the plane.
+   pure function planar_b_second(row, one, two, g) result(b)
+      type(row_t), intent(in) :: row
+      type(pose_t), intent(in) :: one, two
+      real(wp), intent(in) :: g(3)
+      real(wp) :: along, b, c(2), d(2), distance, r_1(2), r_2(2), rate(2), w_1, w_2
+
+      call find_arms(row, one, two, r_1, r_2, d)
+      w_1 = one%w(3)
+      w_2 = two%w(3)
+      c(1) = w_1*w_1*r_1(1) - w_2*w_2*r_2(1)
+      c(2) = w_1*w_1*r_1(2) - w_2*w_2*r_2(2)
+      if (row%kind == row_point) then
+         b = g(3) - row%a(1)*c(1) - row%a(2)*c(2)
+         return
+      end if
+      b = g(3)
+      distance = sqrt(d(1)**2 + d(2)**2)
+      if (.not. distance > 0.0_wp) return
+      d = d/distance
+      rate(1) = two%v(1) - w_2*r_2(2) - (one%v(1) - w_1*r_1(2))
+      rate(2) = two%v(2) + w_2*r_2(1) - (one%v(2) + w_1*r_1(1))
+      along = d(1)*rate(1) + d(2)*rate(2)
+      b = g(3) - d(1)*c(1) - d(2)*c(2) - (rate(1)**2 + rate(2)**2 - along**2)/distance
+   end function planar_b_second
+
    !> phi of a holonomic row.
    pure function row_value(row, one, two, g) result(phi)
       !> The row.
@@ -135,6 +226,10 @@ contains
       real(wp) :: phi
       real(wp) :: d(3), s
 
+      if (row%planar) then
+         phi = planar_value(row, one, two, g)
+         return
+      end if
       select case (row%kind)
       case (row_point)
          d = place(two, row%p_2) - place(one, row%p_1)
@@ -174,6 +269,10 @@ contains
       real(wp), intent(out) :: e_2(6)
       real(wp) :: a(3), d(3), s, u(3)
 
+      if (row%planar) then
+         call planar_entries(row, one, two, e_1, e_2)
+         return
+      end if
       select case (row%kind)
       case (row_point, row_distance)
          u = row%a
@@ -298,6 +397,10 @@ contains
       real(wp) :: b
       real(wp) :: a(3), a_rate(3), a_second(3), along, c(3), d(3), distance, k, rate(3), s, u(3), w(3)
 
+      if (row%planar) then
+         b = planar_b_second(row, one, two, g)
+         return
+      end if
       select case (row%kind)
       case (row_point)
          c = centripetal(two, row%p_2) - centripetal(one, row%p_1)
