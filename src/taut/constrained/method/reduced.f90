@@ -68,11 +68,19 @@ contains
       class(reduced_t), intent(inout) :: self
       !> A smaller system that does not fit.
       type(error_t), allocatable, intent(inout) :: error
+      type(method_t) :: options
 
+      options = self%options
+      ! Where the whole system is evaluated, the smaller one has brought it onto the constraints.
+      self%options%stage_projection = 'none'
       call self%present_t%set_up(error)
+      self%options = options
       call self%reduction%system%check_sizes(error)
       if (allocated(error)) return
-      call self%core%init(self%reduction%system, self%options, error)
+      ! The smaller one's mass matrix is the only metric that does not depend on which coordinates are left.
+      options%weight = 'mass'
+      call self%core%init(self%reduction%system, options, error)
+      self%rhs_projects = self%core%rhs_projects
       ! It has a copy.
       deallocate (self%reduction%system)
       self%place = [self%reduction%x, self%model%n_x + self%reduction%v]
