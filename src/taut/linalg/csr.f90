@@ -194,6 +194,8 @@ contains
       end if
       if (self%group == 2) then
          call multiply_pairs(size(r), self%first, self%column, self%values, v, r)
+      else if (self%group == 3) then
+         call multiply_threes(size(r), self%first, self%column, self%values, v, r)
       else
          call multiply_rows(size(r), self%first, self%column, self%values, v, r)
       end if
@@ -233,6 +235,27 @@ contains
          r(i) = t1 + t2
       end do
    end subroutine multiply_pairs
+
+   !> r = A v with groups of three, as those of bodies in space.
+   pure subroutine multiply_threes(rows, first, column, values, v, r)
+      integer, intent(in) :: rows
+      integer, intent(in) :: first(*), column(*)
+      real(wp), intent(in) :: values(*), v(*)
+      real(wp), intent(inout) :: r(*)
+      real(wp) :: t
+      integer :: i, j, k
+
+      do i = 1, rows
+         t = 0.0_wp
+         do k = first(i), first(i + 1) - 1, 3
+            j = column(k)
+            t = t + values(k)*v(j)
+            t = t + values(k + 1)*v(j + 1)
+            t = t + values(k + 2)*v(j + 2)
+         end do
+         r(i) = t
+      end do
+   end subroutine multiply_threes
 
    !> r = A v.
    pure subroutine multiply_rows(rows, first, column, values, v, r)
