@@ -246,7 +246,12 @@ contains
       associate (i_x => self%before_x, i_v => self%before_v)
          select case (self%kind)
          case (body_spatial)
-            call spatial_pose(x(i_x + 1:i_x + 7), v(i_v + 1:i_v + 6), it)
+            do i = 1, 3
+               it%p(i) = x(i_x + i)
+               it%v(i) = v(i_v + i)
+               it%w(i) = v(i_v + 3 + i)
+            end do
+            it%r = matrix_of_quaternion(x(i_x + 4:i_x + 7))
          case (body_planar)
             call planar_pose(x(i_x + 1), x(i_x + 2), x(i_x + 3), v(i_v + 1), v(i_v + 2), v(i_v + 3), it)
          case (body_pinned)
@@ -288,20 +293,6 @@ contains
       it%r(2, 3) = 0.0_wp
       it%r(3, 3) = 1.0_wp
    end subroutine planar_pose
-
-   !> The same for a body in space; R as `matrix_of_quaternion` has it.
-   pure subroutine spatial_pose(x, v, it)
-      real(wp), intent(in) :: x(7), v(6)
-      type(pose_t), intent(out) :: it
-      integer :: i
-
-      do i = 1, 3
-         it%p(i) = x(i)
-         it%v(i) = v(i)
-         it%w(i) = v(3 + i)
-      end do
-      it%r = matrix_of_quaternion(x(4:7))
-   end subroutine spatial_pose
 
    !> Whether its inertia has no products.
    pure function diagonal(self) result(answer)

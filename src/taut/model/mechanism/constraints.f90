@@ -81,7 +81,7 @@ contains
    !> phi, row by row.
    module procedure constraint
       type(poses_t) :: poses
-      real(wp) :: g(3)
+      real(wp) :: d(3), g(3)
       integer :: i, joint, one, two
 
       joint = 0
@@ -89,7 +89,7 @@ contains
       do i = 1, self%n_phi
          call poses_of_row(self, at, i, joint, poses, one, two)
          call drive_of(self, self%rows(i), at%t, g)
-         value(i) = row_value(self%rows(i), poses%it(one), poses%it(two), g)
+         call row_value(self%rows(i), poses%it(one), poses%it(two), g, d, value(i))
       end do
    end procedure constraint
 
@@ -150,7 +150,7 @@ contains
    !> b'', row by row.
    module procedure acceleration_rhs
       type(poses_t) :: poses
-      real(wp) :: g(3)
+      real(wp) :: c(3), g(3)
       integer :: i, joint, one, two
 
       joint = 0
@@ -158,7 +158,7 @@ contains
       do i = 1, self%c
          call poses_of_row(self, at, i, joint, poses, one, two)
          call drive_of(self, self%rows(i), at%t, g)
-         value(i) = row_b_second(self%rows(i), poses%it(one), poses%it(two), g)
+         call row_b_second(self%rows(i), poses%it(one), poses%it(two), g, c, value(i))
       end do
    end procedure acceleration_rhs
 

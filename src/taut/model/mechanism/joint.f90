@@ -197,6 +197,7 @@ contains
          row%side = side
          row%drive = drive
          row%planar = planar .and. any(kind == [row_point, row_distance])
+         if (kind == row_point .and. size(holonomic) > 0) row%continues = holonomic(size(holonomic))%kind == row_point
          row%has_branches = any(kind == [row_dot, row_angle]) .and. norm2(side) > 0.0_wp
          row%p_1 = joint%p_1
          row%p_2 = joint%p_2

@@ -43,6 +43,8 @@ module taut_model_mechanism_row
       real(wp) :: length = 0.0_wp
       !> `point`, `distance`: whether all of it is in the plane x-y.
       logical :: planar = .false.
+      !> `point`: whether the row before it is another component of the same D.
+      logical :: continues = .false.
    end type row_t
 
 contains
@@ -133,48 +135,63 @@ contains
       r(2) = it%r(2, 1)*p(1) + it%r(2, 2)*p(2)
    end function arm
 
-   !> The same to both points of a row, and D.
-   pure subroutine find_arms(row, one, two, r_1, r_2, d)
+   !> D.
+   pure function point_shift(row, one, two) result(d)
+      !> The row, one that has two points.
       type(row_t), intent(in) :: row
-      type(pose_t), intent(in) :: one, two
-      real(wp), intent(out) :: r_1(2), r_2(2), d(2)
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
+      !> From point 1 to point 2, in global axes [m].
+      real(wp) :: d(3)
 
-      r_1 = arm(one, row%p_1)
-      r_2 = arm(two, row%p_2)
-      d(1) = two%p(1) + r_2(1) - (one%p(1) + r_1(1))
-      d(2) = two%p(2) + r_2(2) - (one%p(2) + r_1(2))
-   end subroutine find_arms
-
-   !> phi of a row in the plane.
-   pure function planar_value(row, one, two, g) result(phi)
-      type(row_t), intent(in) :: row
-      type(pose_t), intent(in) :: one, two
-      real(wp), intent(in) :: g(3)
-      real(wp) :: d(2), phi, r_1(2), r_2(2)
-
-      call find_arms(row, one, two, r_1, r_2, d)
-      if (row%kind == row_point) then
-         phi = row%a(1)*d(1) + row%a(2)*d(2) - row%length - g(1)
+      if (row%planar) then
+         d(1:2) = arm(two, row%p_2) - arm(one, row%p_1)
+         d(1) = d(1) + (two%p(1) - one%p(1))
+         d(2) = d(2) + (two%p(2) - one%p(2))
+         d(3) = 0.0_wp
       else
-         phi = sqrt(d(1)**2 + d(2)**2) - row%length - g(1)
+         d = place(two, row%p_2) - place(one, row%p_1)
       end if
-   end function planar_value
+   end function point_shift
+
+   !> The second derivative of D while the velocities stay as they are.
+   pure function point_centripetal(row, one, two) result(c)
+      !> The row, one that has two points.
+      type(row_t), intent(in) :: row
+      !> Pose of body 1.
+      type(pose_t), intent(in) :: one
+      !> Pose of body 2.
+      type(pose_t), intent(in) :: two
+      !> In global axes [m/s^2].
+      real(wp) :: c(3)
+
+      if (row%planar) then
+         c(1:2) = one%w(3)**2*arm(one, row%p_1) - two%w(3)**2*arm(two, row%p_2)
+         c(3) = 0.0_wp
+      else
+         c = centripetal(two, row%p_2) - centripetal(one, row%p_1)
+      end if
+   end function point_centripetal
 
    !> The row of A of a row in the plane.
    pure subroutine planar_entries(row, one, two, e_1, e_2)
       type(row_t), intent(in) :: row
       type(pose_t), intent(in) :: one, two
       real(wp), intent(out) :: e_1(6), e_2(6)
-      real(wp) :: d(2), r_1(2), r_2(2), s, u(2)
+      real(wp) :: d(3), r_1(2), r_2(2), s, u(2)
 
-      call find_arms(row, one, two, r_1, r_2, d)
+      r_1 = arm(one, row%p_1)
+      r_2 = arm(two, row%p_2)
       if (row%kind == row_point) then
          u(1) = row%a(1)
          u(2) = row%a(2)
       else
-         s = sqrt(d(1)**2 + d(2)**2)
-         u = d
-         if (s > 0.0_wp) u = d/s
+         d = point_shift(row, one, two)
+         s = sqrt(dot(d, d))
+         u = d(1:2)
+         if (s > 0.0_wp) u = u/s
       end if
       e_1(1) = -u(1)
       e_1(2) = -u(2)
@@ -186,34 +203,8 @@ contains
       e_2(6) = r_2(1)*u(2) - r_2(2)*u(1)
    end subroutine planar_entries
 
-   !> b'' of a row in the plane.
-   pure function planar_b_second(row, one, two, g) result(b)
-      type(row_t), intent(in) :: row
-      type(pose_t), intent(in) :: one, two
-      real(wp), intent(in) :: g(3)
-      real(wp) :: along, b, c(2), d(2), distance, r_1(2), r_2(2), rate(2), w_1, w_2
-
-      call find_arms(row, one, two, r_1, r_2, d)
-      w_1 = one%w(3)
-      w_2 = two%w(3)
-      c(1) = w_1*w_1*r_1(1) - w_2*w_2*r_2(1)
-      c(2) = w_1*w_1*r_1(2) - w_2*w_2*r_2(2)
-      if (row%kind == row_point) then
-         b = g(3) - row%a(1)*c(1) - row%a(2)*c(2)
-         return
-      end if
-      b = g(3)
-      distance = sqrt(d(1)**2 + d(2)**2)
-      if (.not. distance > 0.0_wp) return
-      d = d/distance
-      rate(1) = two%v(1) - w_2*r_2(2) - (one%v(1) - w_1*r_1(2))
-      rate(2) = two%v(2) + w_2*r_2(1) - (one%v(2) + w_1*r_1(1))
-      along = d(1)*rate(1) + d(2)*rate(2)
-      b = g(3) - d(1)*c(1) - d(2)*c(2) - (rate(1)**2 + rate(2)**2 - along**2)/distance
-   end function planar_b_second
-
    !> phi of a holonomic row.
-   pure function row_value(row, one, two, g) result(phi)
+   pure subroutine row_value(row, one, two, g, d, phi)
       !> The row.
       type(row_t), intent(in) :: row
       !> Pose of body 1.
@@ -222,17 +213,15 @@ contains
       type(pose_t), intent(in) :: two
       !> {g, gdot, gddot}.
       real(wp), intent(in) :: g(3)
+      !> D as the row before has left it [m].
+      real(wp), intent(inout) :: d(3)
       !> phi [m] or [-].
-      real(wp) :: phi
-      real(wp) :: d(3), s
+      real(wp), intent(out) :: phi
+      real(wp) :: s
 
-      if (row%planar) then
-         phi = planar_value(row, one, two, g)
-         return
-      end if
       select case (row%kind)
       case (row_point)
-         d = place(two, row%p_2) - place(one, row%p_1)
+         if (.not. row%continues) d = point_shift(row, one, two)
          phi = dot(row%a, d) - row%length - g(1)
       case (row_offset)
          d = place(two, row%p_2) - place(one, row%p_1)
@@ -242,7 +231,7 @@ contains
       case (row_angle)
          phi = dot(turned(one%r, cos(g(1))*row%a - sin(g(1))*row%side), turned(two%r, row%b))
       case (row_distance)
-         d = place(two, row%p_2) - place(one, row%p_1)
+         d = point_shift(row, one, two)
          phi = sqrt(dot(d, d)) - row%length - g(1)
       case (row_contact)
          d = place(two, row%p_2)
@@ -251,7 +240,7 @@ contains
       case default
          phi = 0.0_wp
       end select
-   end function row_value
+   end subroutine row_value
 
    !> The row of A: entries of the velocities in {global, body} axes.
    pure subroutine row_entries(row, one, two, g, e_1, e_2)
@@ -384,7 +373,7 @@ contains
    end function row_b_prime
 
    !> b'': minus the second derivative of phi while the velocities stay as they are.
-   pure function row_b_second(row, one, two, g) result(b)
+   pure subroutine row_b_second(row, one, two, g, c, b)
       !> The row.
       type(row_t), intent(in) :: row
       !> Pose of body 1.
@@ -393,17 +382,15 @@ contains
       type(pose_t), intent(in) :: two
       !> {g, gdot, gddot}.
       real(wp), intent(in) :: g(3)
+      !> The second derivative of D while the velocities stay as they are, as the row before has left it [m/s^2].
+      real(wp), intent(inout) :: c(3)
       !> b'' [m/s^2] or [1/s^2].
-      real(wp) :: b
-      real(wp) :: a(3), a_rate(3), a_second(3), along, c(3), d(3), distance, k, rate(3), s, u(3), w(3)
+      real(wp), intent(out) :: b
+      real(wp) :: a(3), a_rate(3), a_second(3), along, d(3), distance, k, rate(3), s, u(3), w(3)
 
-      if (row%planar) then
-         b = planar_b_second(row, one, two, g)
-         return
-      end if
       select case (row%kind)
       case (row_point)
-         c = centripetal(two, row%p_2) - centripetal(one, row%p_1)
+         if (.not. row%continues) c = point_centripetal(row, one, two)
          b = g(3) - dot(row%a, c)
       case (row_offset)
          d = place(two, row%p_2) - place(one, row%p_1)
@@ -423,9 +410,9 @@ contains
          b = -dot(turned(one%r, a_second), turned(two%r, row%b)) - dot(turned(one%r, a), centripetal(two, row%b)) &
              - 2.0_wp*dot(turned(one%r, a_rate), turned(two%r, cross(two%w, row%b)))
       case (row_distance)
-         d = place(two, row%p_2) - place(one, row%p_1)
+         d = point_shift(row, one, two)
          rate = speed(two, row%p_2) - speed(one, row%p_1)
-         c = centripetal(two, row%p_2) - centripetal(one, row%p_1)
+         c = point_centripetal(row, one, two)
          distance = sqrt(dot(d, d))
          b = g(3)
          if (distance > 0.0_wp) then
@@ -448,6 +435,6 @@ contains
          b = -dot(turned(two%r, cross(two%w, row%b)), speed(two, row%p_2)) - &
              dot(turned(two%r, row%b), centripetal(two, row%p_2))
       end select
-   end function row_b_second
+   end subroutine row_b_second
 
 end module taut_model_mechanism_row
