@@ -10,9 +10,10 @@ module taut_model_mechanism_redundancy
    use taut_linalg_csr, only: csr_t
    use taut_linalg_rank, only: exactly_dependent
    use taut_linalg_row_selection, only: row_selection_t
-   use taut_linalg_sparse_factor, only: sort
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: body_point, body_planar_point, pose_t
+   use taut_model_mechanism_null_vectors, only: circle_t, find_circles, find_null_vector, lists_by, lists_t, loads_of, &
+                                                 multipliers_t, null_vector_t, rank_of, separate
    use taut_rotation, only: cross
    implicit none (type, external)
    private
@@ -38,27 +39,6 @@ module taut_model_mechanism_redundancy
       character(:), allocatable :: text
    end type redundancy_t
 
-   !> A null vector: its entries that are not zero, the joints that they belong to, and the bodies that these join.
-   type :: null_vector_t
-      integer, allocatable :: row(:), joint(:), body(:)
-      real(wp), allocatable :: value(:)
-   end type null_vector_t
-
-   !> Joints whose null vectors go together, and those.
-   type :: circle_t
-      integer, allocatable :: joint(:), vector(:)
-   end type circle_t
-
-   !> Lists of numbers, one for each of many.
-   type :: lists_t
-      integer, allocatable :: first(:), of(:)
-   end type lists_t
-
-   !> Multipliers that are zero between calls: (c) each.
-   type :: multipliers_t
-      real(wp), allocatable :: all(:), one(:)
-   end type multipliers_t
-
    !> What is said of joints, and of how many sets of joints like these.
    type :: sentence_t
       integer, allocatable :: joint(:)
@@ -66,10 +46,6 @@ module taut_model_mechanism_redundancy
       integer :: times = 1
    end type sentence_t
 
-   !> Parts of null vectors and of what they make that are this much smaller than others are zero.
-   real(wp), parameter :: nothing = 1.0e-6_wp
-   !> A difference of two numbers that is this much smaller than they are is none.
-   real(wp), parameter :: round_off = 64.0_wp*epsilon(1.0_wp)
    !> Of more null vectors that hang together directions are not told: the matrices are dense.
    integer, parameter :: most_vectors = 300
    character, parameter :: nl = new_line('a')
@@ -124,121 +100,6 @@ contains
       call tell_reactions(model, at, null, lambda, found)
    end subroutine find_redundancy
 
-   !> The null vector of a row that is left out.
-   subroutine find_null_vector(model, selection, k, null)
-      type(mechanism_t), intent(in) :: model
-      type(row_selection_t), intent(inout) :: selection
-      integer, intent(in) :: k
-      type(null_vector_t), intent(out) :: null
-      integer, allocatable :: body(:), row(:)
-      real(wp), allocatable :: value(:)
-      integer :: i
-
-      call selection%null_vector(k, row, value)
-      null%row = pack(row, abs(value) > nothing*selection%rows%row_scale(row))
-      null%value = pack(value, abs(value) > nothing*selection%rows%row_scale(row))
-      null%joint = set_of(model%joint_of_row(null%row))
-      body = [(model%joints(null%joint(i))%body_1, model%joints(null%joint(i))%body_2, i=1, size(null%joint))]
-      null%body = set_of(pack(body, body > 0))
-   end subroutine find_null_vector
-
-   !> Each number once, ascending.
-   pure function set_of(list) result(set)
-      integer, intent(in) :: list(:)
-      integer, allocatable :: set(:)
-      integer :: i
-
-      set = list
-      call sort(set)
-      set = pack(set, [(i == 1 .or. set(max(i - 1, 1)) /= set(i), i=1, size(set))])
-   end function set_of
-
-   !> Whether a set has all that another one has; both ascending.
-   pure logical function contains_all(set, other)
-      integer, intent(in) :: set(:), other(:)
-      integer :: i, k
-
-      k = 1
-      do i = 1, size(set)
-         if (k > size(other)) exit
-         if (set(i) == other(k)) k = k + 1
-      end do
-      contains_all = k > size(other)
-   end function contains_all
-
-   !> Null vectors are one circle with those of no other bodies than its own: a loop has one, loops that share a body have two.
-   subroutine find_circles(bodies, null, circle)
-      integer, intent(in) :: bodies
-      type(null_vector_t), intent(in) :: null(:)
-      type(circle_t), allocatable, intent(out) :: circle(:)
-      type(lists_t) :: by_size, of_circle
-      integer :: last_at(bodies), number_at(bodies), circle_of(size(null))
-      integer, allocatable :: circle_at(:), founder(:), joint(:), next(:)
-      integer :: at, entries, i, k, known, rare
-
-      ! Of each body, the circles that it is in, as a chain.
-      allocate (circle_at(sum([(size(null(k)%body), k=1, size(null))])), source=0)
-      allocate (next, source=circle_at)
-      allocate (founder(size(null)), source=0)
-      last_at = 0
-      number_at = 0
-      entries = 0
-      known = 0
-      ! The largest come first.
-      by_size = lists_by([(bodies + 1 - size(null(k)%body), k=1, size(null))], bodies + 1)
-      do i = 1, size(null)
-         k = by_size%of(i)
-         associate (body => null(k)%body)
-            rare = body(minloc(number_at(body), 1))
-            at = last_at(rare)
-            do while (at > 0)
-               if (contains_all(null(founder(circle_at(at)))%body, body)) exit
-               at = next(at)
-            end do
-            if (at > 0) then
-               circle_of(k) = circle_at(at)
-               cycle
-            end if
-            known = known + 1
-            founder(known) = k
-            circle_of(k) = known
-            circle_at(entries + 1:entries + size(body)) = known
-            next(entries + 1:entries + size(body)) = last_at(body)
-            last_at(body) = [(entries + at, at=1, size(body))]
-            number_at(body) = number_at(body) + 1
-            entries = entries + size(body)
-         end associate
-      end do
-      of_circle = lists_by(circle_of, known)
-      allocate (circle(known))
-      do i = 1, known
-         circle(i)%vector = of_circle%of(of_circle%first(i):of_circle%first(i + 1) - 1)
-         joint = [(null(circle(i)%vector(k))%joint, k=1, size(circle(i)%vector))]
-         circle(i)%joint = set_of(joint)
-      end do
-   end subroutine find_circles
-
-   !> For each key from 1 on, the places where it stands, ascending.
-   pure function lists_by(key, keys) result(lists)
-      integer, intent(in) :: key(:), keys
-      type(lists_t) :: lists
-      integer :: i, next(keys)
-
-      allocate (lists%first(keys + 1), lists%of(size(key)), source=0)
-      do i = 1, size(key)
-         lists%first(key(i) + 1) = lists%first(key(i) + 1) + 1
-      end do
-      lists%first(1) = 1
-      do i = 1, keys
-         lists%first(i + 1) = lists%first(i) + lists%first(i + 1)
-      end do
-      next = lists%first(:keys)
-      do i = 1, size(key)
-         lists%of(next(key(i))) = i
-         next(key(i)) = next(key(i)) + 1
-      end do
-   end function lists_by
-
    !> Names joints that ask something of a body that it has not.
    subroutine tell_ignored(model, selection, text)
       type(mechanism_t), intent(in) :: model
@@ -277,43 +138,6 @@ contains
       end function is_point
 
    end subroutine tell_ignored
-
-   !> What null vectors make at joints, forces and moments in global axes, (3, joints, vectors) each, with the largest as 1, or 0
-   !! where there is nothing but round-off.
-   subroutine loads_of(model, at, null, vector, joint, lambda, force, moment)
-      type(mechanism_t), intent(in) :: model
-      type(state_t), intent(in) :: at
-      type(null_vector_t), intent(in) :: null(:)
-      integer, intent(in) :: vector(:), joint(:)
-      type(multipliers_t), intent(inout) :: lambda
-      real(wp), allocatable, intent(out) :: force(:, :, :), moment(:, :, :)
-      real(wp) :: f(3), largest(2), m(3)
-      integer :: i, j, k
-
-      allocate (force(3, size(joint), size(vector)), moment(3, size(joint), size(vector)))
-      largest = 0.0_wp
-      do k = 1, size(vector)
-         associate (it => null(vector(k)))
-            lambda%all(it%row) = it%value
-            do j = 1, size(joint)
-               call model%reaction(at, lambda%all, joint(j), force(:, j, k), moment(:, j, k))
-               do i = 1, size(it%row)
-                  if (model%joint_of_row(it%row(i)) /= joint(j)) cycle
-                  lambda%one(it%row(i)) = it%value(i)
-                  call model%reaction(at, lambda%one, joint(j), f, m)
-                  lambda%one(it%row(i)) = 0.0_wp
-                  ! The moment of a force through the joint's point is a difference of two; what round-off leaves is none.
-                  if (norm2(m) <= round_off*norm2(f)*norm2(model%joints(joint(j))%p_2)) m = 0.0_wp
-                  largest = max(largest, [norm2(f), norm2(m)])
-               end do
-            end do
-            lambda%all(it%row) = 0.0_wp
-         end associate
-      end do
-      where (largest <= 0.0_wp) largest = huge(1.0_wp)
-      force = force/largest(1)
-      moment = moment/largest(2)
-   end subroutine loads_of
 
    !> For each circle what is prevented more than once; circles that are alike are told once.
    subroutine tell_circles(model, at, null, circle, lambda, text)
@@ -378,7 +202,7 @@ contains
       if (.not. parallel) axis = 0.0_wp
       f = reshape(force, [3*size(circle%joint), n])
       m = reshape(moment, [3*size(circle%joint), n])
-      call reduce(f, m, shifts)
+      call separate(f, m, shifts)
       rotations = n - shifts
       named = .false.
       predicate = ''
@@ -559,7 +383,7 @@ contains
          if (has == 0) return
          left = null_loads
          none = 0.0_wp
-         call reduce(left, none, loose)
+         call separate(left, none, loose)
          is_unique(c) = loose == 0
          is_loose(c) = loose > 0
          if (loose == 0) then
@@ -583,49 +407,6 @@ contains
       call model%pose_of(at, model%joints(j)%body_2, two)
       axis = matmul(two%r, model%joints(j)%frame_2(:, 3))
    end function axis_of
-
-   !> Combines columns so that those of x are orthonormal but for the last ones, which are zero; y goes with them.
-   subroutine reduce(x, y, rank)
-      real(wp), intent(inout) :: x(:, :), y(:, :)
-      !> Columns that are not zero.
-      integer, intent(out) :: rank
-      real(wp) :: largest, length, t
-      integer :: best, j, k
-
-      rank = 0
-      largest = 0.0_wp
-      do k = 1, size(x, 2)
-         best = k
-         length = norm2(x(:, k))
-         do j = k + 1, size(x, 2)
-            if (norm2(x(:, j)) <= length) cycle
-            best = j
-            length = norm2(x(:, j))
-         end do
-         largest = max(largest, length)
-         if (length <= nothing*max(1.0_wp, largest)) return
-         x(:, [k, best]) = x(:, [best, k])
-         y(:, [k, best]) = y(:, [best, k])
-         x(:, k) = x(:, k)/length
-         y(:, k) = y(:, k)/length
-         do j = k + 1, size(x, 2)
-            t = dot_product(x(:, k), x(:, j))
-            x(:, j) = x(:, j) - t*x(:, k)
-            y(:, j) = y(:, j) - t*y(:, k)
-         end do
-         rank = k
-      end do
-   end subroutine reduce
-
-   !> How many columns are independent.
-   integer function rank_of(x) result(rank)
-      real(wp), intent(in) :: x(:, :)
-      real(wp) :: left(size(x, 1), size(x, 2)), none(1, size(x, 2))
-
-      left = x
-      none = 0.0_wp
-      call reduce(left, none, rank)
-   end function rank_of
 
    !> Names of joints, of many the first ones.
    function names_of(model, joint) result(text)
