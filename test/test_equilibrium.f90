@@ -5,11 +5,10 @@ module test_equilibrium
    use systems, only: new_coupler, new_particle, two_rods
    use taut_kinds, only: wp
    use taut_error, only: error_t
-   use taut_constrained_coupling, only: coupling_t
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: velocity_name
-   use taut_constrained_tangent, only: damping, tangent
+   use taut_constrained_tangent, only: tangent_t
    use taut_model_beam, only: beam_t, new_beam
    use taut_model_beam_section, only: beam_section_t, new_section
    use taut_model_pendulum, only: new_pendulum, pendulum_t
@@ -46,9 +45,9 @@ contains
    subroutine together(failure)
       character(:), allocatable, intent(inout) :: failure
       type(run_t) :: run
-      type(coupling_t) :: coupling
+      type(tangent_t) :: tangent
       type(state_t) :: at, near
-      real(wp), allocatable :: a(:, :), c(:, :), d(:), f(:, :), k(:, :), lambda(:)
+      real(wp), allocatable :: a(:, :), c(:, :), d(:), f(:, :), k(:, :), lambda(:), rates(:)
       integer, allocatable :: free(:)
       integer :: i, j
       real(wp), parameter :: h = 1.0e-5_wp, signs(2) = [1.0_wp, -1.0_wp]
@@ -67,17 +66,20 @@ contains
                     '&integration t_end=1e-3 /'//nl, 1.0e-3_wp, 1.0e-6_wp, run, failure)
       if (allocated(failure)) return
       associate (model => run%model)
-         call coupling%init(model)
-         call check(failure, coupling%colors < model%n/2, 'some are moved together')
+         call tangent%init(model)
+         call check(failure, tangent%coupling%colors < model%n/2, 'some are moved together')
          at = run%at
-         allocate (a(model%c, model%n), c(model%n, model%n), d(model%n), f(model%n, 2), k(model%n, model%n))
+         allocate (a(model%c, model%n), d(model%n), f(model%n, 2))
          d = 1.0e-2_wp*[(sin(real(i, wp)), i=1, model%n)]
          call model%displace(d, at%x)
          at%v = 0.0_wp
          lambda = [(100.0_wp*cos(real(i, wp)), i=1, model%c)]
          free = [(i, i=1, model%n)]
-         call tangent(model, at, lambda, free, 0.0_wp, k)
-         call damping(model, at, free, c)
+         call tangent%find(model, at, lambda, 0.0_wp)
+         k = tangent%full(tangent%k%values, free)
+         allocate (rates(size(tangent%k%values)))
+         call tangent%damping(model, at, rates)
+         c = tangent%full(rates, free)
          near = at
          do j = 1, model%n
             do i = 1, 2

@@ -55,6 +55,7 @@ program tester
    use test_ritz, only: collect_ritz
    use test_rigid_bodies, only: collect_rigid_bodies
    use test_squeezer, only: collect_squeezer
+   use test_large_statics, only: collect_large_statics
    use test_statics, only: collect_statics
    use test_swing, only: collect_swing
    use test_system, only: collect_system
@@ -145,6 +146,7 @@ program tester
    call run_suite('near', collect_near(), trim(only), outcome)
    call run_suite('first look', collect_first_look(), trim(only), outcome)
    call run_suite('statics', collect_statics(), trim(only), outcome)
+   call run_suite('large statics', collect_large_statics(), trim(only), outcome)
    call run_suite('turns', collect_turns(), trim(only), outcome)
    call run_suite('units', collect_units(), trim(only), outcome)
    call run_suite('assembly', collect_assembly(), trim(only), outcome)

@@ -2,7 +2,7 @@
 !!
 !! Each iteration solves the linearized problem in the null space of A, so that redundant constraints need no care: their
 !! multipliers are those of minimum norm, as everywhere in taut. Motions that nothing resists and nothing loads, such as that of a
-!! trolley on its rail, are left where they are. Dimensions are small; nothing is sparse.
+!! trolley on its rail, are left where they are.
 !!
 !! The equilibrium that is found belongs to the start: what is out of balance there is taken away step by step, and no step goes
 !! far.
@@ -11,10 +11,10 @@ module taut_constrained_equilibrium
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: mechanical_system_t, state_t
-   use taut_constrained_resistance, only: solve_doubtful, solve_regular, stiffness_t
+   use taut_constrained_rest, only: rest_failed, rest_loaded, rest_not_finite, rest_ok, rest_solver_t
+   use taut_constrained_rest_choose, only: choose_rest_solver
    use taut_constrained_system_tables, only: velocity_name
-   use taut_constrained_tangent, only: free_velocities, ready, tangent, tangent_errors
-   use taut_linalg_null_space, only: null_space
+   use taut_constrained_tangent, only: free_velocities, ready
    implicit none (type, external)
    private
    public :: equilibrium, equilibrium_options_t, equilibrium_result_t
@@ -82,6 +82,7 @@ contains
       type(equilibrium_options_t), intent(in), optional :: options
       type(equilibrium_options_t) :: chosen
       type(state_t) :: last
+      class(rest_solver_t), allocatable :: solver
       integer, allocatable :: free(:)
       real(wp) :: f_start(model%n), phi_start(model%n_phi), part, reached, t_start
       integer :: halvings, outcome
@@ -94,6 +95,7 @@ contains
       allocate (result%lambda(model%c), source=0.0_wp)
       call model%normalize(at%x)
       t_start = at%t
+      call choose_rest_solver(model, free, solver)
       call start_of_path()
       if (allocated(error)) return
 
@@ -102,7 +104,7 @@ contains
       halvings = 0
       do while (reached < 1.0_wp)
          last = at
-         call converge(model, chosen, free, min(1.0_wp, reached + part), t_start, f_start, phi_start, at, result, outcome)
+         call converge(model, chosen, solver, min(1.0_wp, reached + part), t_start, f_start, phi_start, at, result, outcome)
          if (outcome == converged) then
             result%steps = result%steps + 1
             reached = min(1.0_wp, reached + part)
@@ -126,40 +128,38 @@ contains
 
       !> What is out of balance at the start, for `factor`.
       subroutine start_of_path()
-         real(wp) :: a(model%c, model%n)
-         real(wp), allocatable :: a_plus(:, :), z(:, :)
-         integer :: info, rank
+         real(wp) :: left(model%n)
+         integer :: info
 
          f_start = 0.0_wp
          phi_start = 0.0_wp
          if (chosen%parameter == 'time') return
          call model%force(at, f_start)
          call model%constraint(at, phi_start)
-         call model%jacobian(at, a)
-         if (.not. (all(ieee_is_finite(f_start)) .and. all(ieee_is_finite(phi_start)) .and. all(ieee_is_finite(a)))) then
+         call solver%look(model, at, info)
+         if (.not. (all(ieee_is_finite(f_start)) .and. all(ieee_is_finite(phi_start))) .or. info == rest_not_finite) then
             call explain(model, not_finite, 0.0_wp, result, error)
             return
          end if
-         if (model%c == 0) return
-         call null_space(a(:, free), z, a_plus, rank, info)
-         if (info == 0) f_start = f_start - matmul(matmul(f_start(free), a_plus), a)
+         if (info /= rest_ok) return
+         call solver%reactions(f_start, result%lambda, left)
+         f_start = left
       end subroutine start_of_path
 
    end subroutine equilibrium
 
    !> Newton's iteration at one value of the parameter.
-   subroutine converge(model, options, free, parameter, t_start, f_start, phi_start, at, result, outcome)
+   subroutine converge(model, options, solver, parameter, t_start, f_start, phi_start, at, result, outcome)
       class(mechanical_system_t), intent(in) :: model
       type(equilibrium_options_t), intent(in) :: options
-      integer, intent(in) :: free(:)
+      class(rest_solver_t), intent(inout) :: solver
       real(wp), intent(in) :: parameter, t_start, f_start(:), phi_start(:)
       type(state_t), intent(inout) :: at
       type(equilibrium_result_t), intent(inout) :: result
       integer, intent(out) :: outcome
-      real(wp) :: a(model%c, model%n), d(model%n), f(model%n), moved(model%n), phi(model%c), k(size(free), size(free))
-      real(wp) :: uncertain(model%n)
-      real(wp), allocatable :: a_plus(:, :), y(:), z(:, :)
-      real(wp) :: allowed, extent, normal(size(free))
+      real(wp) :: d(model%n), f(model%n), left(model%n), moved(model%n), uncertain(model%n)
+      real(wp), dimension(model%c) :: carried, more, phi, phi_left
+      real(wp) :: allowed, extent
       integer :: info, iteration
       logical :: balanced
 
@@ -167,28 +167,29 @@ contains
       if (options%parameter == 'time') at%t = t_start + parameter*(options%t_end - t_start)
       d = 0.0_wp
       moved = 0.0_wp
+      call solver%tangent%forget()
       extent = max(1.0_wp, maxval(abs(at%x)))
       do iteration = 0, options%max_iterations
          call model%force(at, f)
-         call model%jacobian(at, a)
+         call solver%look(model, at, info)
          ! Rows without a position level ask for nothing at rest.
          phi = 0.0_wp
          call model%constraint(at, phi(1:model%n_phi))
          f = f - (1.0_wp - parameter)*f_start
          phi(1:model%n_phi) = phi(1:model%n_phi) - (1.0_wp - parameter)*phi_start
-         if (.not. (all(ieee_is_finite(f)) .and. all(ieee_is_finite(phi)) .and. all(ieee_is_finite(a)))) then
+         if (.not. (all(ieee_is_finite(f)) .and. all(ieee_is_finite(phi))) .or. info == rest_not_finite) then
             outcome = not_finite
             return
          end if
-         call null_space(a(:, free), z, a_plus, result%rank, info)
-         if (info /= 0) return
-         result%lambda = matmul(f(free), a_plus)
+         if (info /= rest_ok) return
+         result%rank = solver%rank
+         call solver%reactions(f, result%lambda, left)
          ! Where a sum cancels, round-off; and of what was taken away at the start, directions turn.
-         uncertain = round_off*(abs(f) + matmul(abs(result%lambda), abs(a)))
-         f = f - matmul(result%lambda, a)
-         balanced = all(abs(matmul(f(free), z)) <= matmul(uncertain(free), abs(z)))
+         call solver%sizes_of_reactions(result%lambda, uncertain)
+         uncertain = round_off*(abs(f) + uncertain)
+         balanced = solver%balanced(left, uncertain)
          uncertain = uncertain + (1.0_wp - parameter)*abs(f_start)
-         result%force_left = maxval(abs(f(free)))
+         result%force_left = maxval(abs(left(solver%free)))
          result%phi_left = 0.0_wp
          if (model%c > 0) result%phi_left = maxval(abs(phi))
          allowed = options%tolerance*max(1.0_wp, maxval(abs(at%x)))
@@ -199,27 +200,30 @@ contains
          if (iteration == options%max_iterations) exit
 
          result%iterations = result%iterations + 1
-         call tangent(model, at, result%lambda, free, options%difference, k)
-         if (.not. all(ieee_is_finite(k))) then
-            outcome = not_finite
+         call solver%meet(phi, d, phi_left)
+         if (any(abs(phi_left) > 1.0e-6_wp*result%phi_left + allowed)) then
+            outcome = inconsistent
             return
          end if
-         normal = -matmul(a_plus, phi)
-         if (model%c > 0) then
-            if (maxval(abs(matmul(a(:, free), normal) + phi)) > 1.0e-6_wp*result%phi_left + allowed) then
-               outcome = inconsistent
-               return
-            end if
+         if (iteration == 0) carried = result%lambda
+         call solver%step(model, at, carried, options%difference, left, uncertain, d, info)
+         result%free_motions = solver%free_motions
+         result%loaded = solver%loaded
+         if (info /= rest_ok) then
+            ! With a smaller step the first iteration finds the same.
+            if (info == rest_loaded) outcome = merge(stuck, mechanism, iteration == 0)
+            if (info == rest_not_finite) outcome = not_finite
+            if (info == rest_failed) outcome = failed
+            return
          end if
-         y = matmul(transpose(z), f(free) - matmul(k, normal))
-         call solve(y, outcome)
-         if (outcome /= converged) return
-         d = 0.0_wp
-         d(free) = normal + matmul(z, y)
          if (.not. all(ieee_is_finite(d)) .or. maxval(abs(d)) > 1.0e3_wp*max(1.0_wp, maxval(abs(at%x)))) then
             outcome = not_converged
             return
          end if
+         call solver%tangent%carry(model, at, d)
+         call solver%tangent%k%multiply(d, f)
+         call solver%reactions(left - f, more, f)
+         carried = result%lambda + more
          call model%displace(d, at%x)
          call model%normalize(at%x)
          moved = moved + d
@@ -236,31 +240,6 @@ contains
             within_reach = maxval(abs(moved)) <= extent
          end if
       end function within_reach
-
-      !> y := K^-1 y in the motions that are free; along those that nothing resists nothing moves, and nothing may ask for it.
-      subroutine solve(y, outcome)
-         real(wp), intent(inout) :: y(:)
-         integer, intent(out) :: outcome
-         type(stiffness_t) :: stiffness
-         real(wp), allocatable :: errors(:, :, :), loaded(:)
-         logical :: solved
-
-         outcome = converged
-         result%free_motions = 0
-         call stiffness%project(z, k)
-         call solve_regular(stiffness, y, solved)
-         if (solved) return
-         call tangent_errors(model, at, result%lambda, free, options%difference, k, errors)
-         call stiffness%project_errors(z, errors)
-         call solve_doubtful(stiffness, matmul(abs(transpose(z)), uncertain(free)), y, result%free_motions, loaded, info)
-         if (info /= 0) then
-            outcome = failed
-         else if (allocated(loaded)) then
-            ! With a smaller step the first iteration finds the same.
-            outcome = merge(stuck, mechanism, iteration == 0)
-            result%loaded = free(maxloc(abs(matmul(z, loaded)), 1))
-         end if
-      end subroutine solve
 
    end subroutine converge
 

@@ -8,9 +8,13 @@ module taut_constrained_modes
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
    use taut_constrained_system, only: mechanical_system_t, state_t
+   use taut_constrained_modes_lowest, only: descend, krylov_space
    use taut_constrained_resistance, only: stiffness_t
-   use taut_constrained_tangent, only: damping, free_velocities, ready, tangent, tangent_errors
+   use taut_constrained_rest_choose, only: is_large
+   use taut_constrained_rest_sparse, only: along, sparse_rest_t
+   use taut_constrained_tangent, only: free_velocities, ready, tangent_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
+   use taut_linalg_csr, only: csr_t
    use taut_linalg_lapack, only: dgeev, dgeqp3, dgesvd, dorgqr, dpotrf, dsygv, dtrtrs
    use taut_linalg_null_space, only: null_space
    implicit none (type, external)
@@ -29,6 +33,9 @@ module taut_constrained_modes
       real(wp) :: symmetry_tolerance = 1.0e-6_wp
       !> Relative step of the differences; 0 for the default.
       real(wp) :: difference = 0.0_wp
+      !> How many of the lowest modes are needed, those that nothing resists and those that grow always among them; 0 for all. Of a
+      !! large system a few are had at a cost in proportion to its size; with damping, those of the smallest eigenvalues.
+      integer :: number = 0
    end type modes_options_t
 
    !> Modes in order of increasing frequency: exp((growth + 2 pi i frequency) t).
@@ -50,14 +57,20 @@ module taut_constrained_modes
       logical :: symmetric = .true.
       !> The largest difference between K and its transpose, as `symmetry_tolerance`.
       real(wp) :: asymmetry = 0.0_wp
+      !> Whether all that may grow is among them. Of more than a thousand motions, damped or without symmetry, only the lowest are
+      !! looked at, and all that grows without vibrating.
+      logical :: complete = .true.
    end type modes_t
+
+   !> So many motions take a few seconds with full matrices.
+   integer, parameter :: still_dense = 1000
 
    character(*), parameter :: here = 'modes'
    real(wp), parameter :: pi = acos(-1.0_wp)
 
 contains
 
-   !> All modes about a configuration at rest.
+   !> All modes about a configuration at rest, or at least those that are asked for.
    subroutine eigenmodes(model, at, modes, error, options)
       !> The system.
       class(mechanical_system_t), intent(in) :: model
@@ -73,8 +86,9 @@ contains
       type(state_t) :: rest
       type(block_diagonal_t) :: m
       type(stiffness_t) :: stiffness
+      type(tangent_t) :: tangent
       integer, allocatable :: free(:)
-      real(wp), allocatable :: a_plus(:, :), c(:, :), errors(:, :, :), k(:, :), m_free(:, :), m_full(:, :), z(:, :)
+      real(wp), allocatable :: rates(:), a_plus(:, :), c(:, :), errors(:, :, :), k(:, :), m_free(:, :), m_full(:, :), z(:, :)
       real(wp) :: a(model%c, model%n), f(model%n), lambda(model%c)
       integer :: i, info, rank
 
@@ -84,6 +98,10 @@ contains
       if (.not. allocated(error)) call free_velocities(model%n, chosen%blocked, free, error)
       if (allocated(error)) return
       call model%normalize(rest%x)
+      if (chosen%number > 0 .and. 4*chosen%number < size(free)) then
+         if (is_large(model, free)) call solve_at_size(model, rest, free, chosen, modes, error)
+         if (allocated(modes%frequency) .or. allocated(error)) return
+      end if
 
       lambda = 0.0_wp
       call model%force(rest, f)
@@ -108,13 +126,18 @@ contains
          end do
       end if
 
-      allocate (k(size(free), size(free)), source=0.0_wp)
-      call tangent(model, rest, lambda, free, chosen%difference, k)
+      call tangent%init(model)
+      call tangent%find(model, rest, lambda, chosen%difference)
+      k = tangent%full(tangent%k%values, free)
       if (.not. all(ieee_is_finite(k))) then
          call raise(error, here, 'the tangent stiffness is not finite', 'correct the system or its configuration')
          return
       end if
-      call tangent_errors(model, rest, lambda, free, chosen%difference, k, errors)
+      call tangent%find_errors(model, rest, lambda, chosen%difference)
+      allocate (errors(size(free), size(free), size(tangent%errors, 2)))
+      do i = 1, size(errors, 3)
+         errors(:, :, i) = tangent%full(tangent%errors(:, i), free)
+      end do
       call m%init(model%mass_blocks)
       call model%mass(rest, m)
       m_full = m%dense()
@@ -125,8 +148,9 @@ contains
       modes%symmetric = modes%asymmetry <= chosen%symmetry_tolerance
       call solve(stiffness, m_free, modes, info)
       if (chosen%damped .and. info == 0) then
-         allocate (c, mold=k)
-         call damping(model, rest, free, c)
+         allocate (rates(size(tangent%k%values)))
+         call tangent%damping(model, rest, rates)
+         c = tangent%full(rates, free)
          if (.not. all(ieee_is_finite(c))) then
             call raise(error, here, 'a force is not finite with velocities', 'correct the system or its configuration')
             return
@@ -142,6 +166,155 @@ contains
       if (allocated(error)) return
       call complete(free, z, model%n, modes)
    end subroutine eigenmodes
+
+   !> A few modes of a large system, in a space that grows until they do not change; none where its mass is singular, or where not
+   !! all that may be unstable is among them and all of them can be had.
+   subroutine solve_at_size(model, at, free, options, modes, error)
+      class(mechanical_system_t), intent(in) :: model
+      type(state_t), intent(in) :: at
+      integer, intent(in) :: free(:)
+      type(modes_options_t), intent(in) :: options
+      type(modes_t), intent(inout) :: modes
+      type(error_t), allocatable, intent(inout) :: error
+      type(sparse_rest_t) :: rest
+      type(block_diagonal_t) :: m
+      type(modes_t) :: before, found
+      real(wp) :: f(model%n), lambda(model%c), left(model%n), s
+      real(wp), allocatable :: basis(:, :), c(:)
+      integer :: all_motions, block, dimensions, info, wanted
+      logical :: damped, symmetric
+
+      if (model%c > 0 .and. .not. options%constrained) return
+      call rest%init(model, free)
+      call model%force(at, f)
+      call rest%look(model, at, info)
+      if (info /= 0 .or. .not. all(ieee_is_finite(f))) return
+      all_motions = size(free) - rest%rank
+      if (4*options%number >= all_motions) return
+      call m%init(model%mass_blocks)
+      call model%mass(at, m)
+      call m%factorize(info)
+      if (info /= 0) return
+      allocate (c(size(rest%tangent%k%values)), source=0.0_wp)
+      if (options%damped) call rest%tangent%damping(model, at, c)
+      call rest%reactions(f, lambda, left)
+      call rest%tangent%find(model, at, lambda, options%difference)
+      call rest%tangent%find_errors(model, at, lambda, options%difference)
+      if (.not. (all(ieee_is_finite(rest%tangent%k%values)) .and. all(ieee_is_finite(c)))) return
+      damped = any(abs(c) > 0.0_wp)
+      symmetric = rest%tangent%asymmetry(rest%is_free) <= options%symmetry_tolerance
+      if ((damped .or. .not. symmetric) .and. all_motions <= still_dense) return
+
+      call descend(rest, m, s, info)
+      block = 8
+      dimensions = 2*(options%number + block)
+      allocate (before%frequency(0), before%growth(0))
+      do while (info == 0)
+         dimensions = min(dimensions, all_motions)
+         call krylov_space(rest, m, c, s, dimensions, block, basis, info)
+         if (info /= 0) exit
+         call solve_in(basis, found, info)
+         if (info /= 0) exit
+         wanted = max(options%number, found%free_motions + count(found%growth > 0.0_wp) + 1)
+         if (size(basis, 2) >= all_motions .or. settled(before, found, min(wanted, size(found%frequency)))) then
+            if (size(basis, 2) >= all_motions .or. largest_group(found, wanted) < block) exit
+            block = 2*block
+         end if
+         before = found
+         dimensions = max(dimensions + 2*block, (3*dimensions)/2)
+      end do
+      if (info /= 0) then
+         call raise(error, here, 'the eigenvalues were not found', 'correct the system')
+         return
+      end if
+      wanted = min(wanted, size(found%frequency))
+      call take(found, [(info, info=1, wanted)])
+      call take(found, increasing(found%frequency, found%growth))
+      modes = found
+      modes%complete = symmetric .and. .not. damped
+      call complete([(info, info=1, model%n)], basis, model%n, modes)
+
+   contains
+
+      !> The modes in a space.
+      subroutine solve_in(basis, found, info)
+         real(wp), intent(in) :: basis(:, :)
+         type(modes_t), intent(out) :: found
+         integer, intent(out) :: info
+         type(stiffness_t) :: small
+         type(csr_t) :: other
+         real(wp), allocatable :: masses(:, :)
+         real(wp) :: image(model%n)
+         integer :: i
+
+         other = rest%tangent%k
+         small%k = along(other, basis, basis)
+         other%values = abs(other%values)
+         small%sizes = along(other, abs(basis), abs(basis))
+         allocate (small%errors(size(basis, 2), size(basis, 2), size(rest%tangent%errors, 2)))
+         do i = 1, size(rest%tangent%errors, 2)
+            other%values = rest%tangent%errors(:, i)
+            small%errors(:, :, i) = along(other, basis, basis)
+         end do
+         allocate (masses(size(basis, 2), size(basis, 2)), source=0.0_wp)
+         do i = 1, size(basis, 2)
+            call m%multiply(basis(:, i), image)
+            masses(:, i) = matmul(image, basis)
+         end do
+         found%asymmetry = rest%tangent%asymmetry(rest%is_free)
+         found%symmetric = symmetric
+         found%damped = damped
+         call solve(small, masses, found, info)
+         if (info == 0 .and. damped) then
+            other%values = c
+            call solve_damped(small%k, along(other, basis, basis), masses, found, info)
+         end if
+         if (info /= 0) return
+         ! The smallest eigenvalues first, after what grows; not those without frequency, of which damping makes many.
+         call take(found, increasing(merge(0.0_wp, hypot(2.0_wp*pi*found%frequency, found%growth), found%growth > 0.0_wp), &
+                                     found%growth))
+      end subroutine solve_in
+
+   end subroutine solve_at_size
+
+   !> Takes some modes, in an order.
+   subroutine take(modes, which)
+      type(modes_t), intent(inout) :: modes
+      integer, intent(in) :: which(:)
+      real(wp), allocatable :: shapes(:, :)
+
+      modes%frequency = modes%frequency(which)
+      modes%growth = modes%growth(which)
+      shapes = modes%shapes(:, which)
+      call move_alloc(shapes, modes%shapes)
+   end subroutine take
+
+   !> Whether modes are those of a smaller space.
+   pure logical function settled(before, found, wanted)
+      type(modes_t), intent(in) :: before, found
+      integer, intent(in) :: wanted
+
+      settled = .false.
+      if (min(size(before%frequency), size(found%frequency)) < wanted) return
+      associate (f => found%frequency(:wanted), g => found%growth(:wanted))
+         settled = all(hypot(2.0_wp*pi*(before%frequency(:wanted) - f), before%growth(:wanted) - g) <= &
+                       1.0e-8_wp*hypot(2.0_wp*pi*f, g))
+      end associate
+   end function settled
+
+   !> The largest number of modes that are equal.
+   pure integer function largest_group(found, wanted) result(largest)
+      type(modes_t), intent(in) :: found
+      integer, intent(in) :: wanted
+      integer :: i
+
+      largest = 0
+      associate (f => found%frequency, g => found%growth)
+         do i = 1, wanted
+            largest = max(largest, count(2.0_wp*pi*abs(f - f(i)) + abs(g - g(i)) <= 1.0e-6_wp*(2.0_wp*pi*f(i) + abs(g(i)))))
+         end do
+      end associate
+   end function largest_group
 
    !> The largest |K_ij - K_ji|/sqrt(|K_ii K_jj|).
    pure function asymmetry(k) result(value)

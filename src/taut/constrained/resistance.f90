@@ -8,7 +8,7 @@ module taut_constrained_resistance
    use taut_linalg_lapack, only: dgecon, dgesvd, dgetrf, dgetrs
    implicit none (type, external)
    private
-   public :: stiffness_t, solve_regular, solve_doubtful
+   public :: stiffness_t, solve_regular, solve_doubtful, part_weak, is_loaded, beyond_doubt, round_off
 
    !> A tangent stiffness in some motions, and what it is worth.
    type :: stiffness_t
@@ -131,11 +131,11 @@ contains
       real(wp), allocatable, intent(out) :: loaded(:)
       !> 0, or LAPACK's code.
       integer, intent(out) :: info
-      real(wp), dimension(size(y)) :: columns, load, rows, s
-      real(wp), dimension(size(y), size(y)) :: factor, free, u, vt
+      real(wp), dimension(size(y)) :: columns, load, rows
+      real(wp), dimension(size(y), size(y)) :: factor, free
       type(stiffness_t) :: scaled
-      real(wp), allocatable :: work(:)
-      real(wp) :: query(1)
+      real(wp), allocatable :: s(:), u(:, :), v(:, :)
+      integer, allocatable :: weak(:)
       integer :: i, j, n
 
       n = size(y)
@@ -146,24 +146,18 @@ contains
       scaled%k = stiffness%k*factor
       scaled%sizes = stiffness%sizes*factor
       scaled%errors = stiffness%errors*spread(factor, 3, size(stiffness%errors, 3))
-      factor = scaled%k
-      call dgesvd('A', 'A', n, n, factor, n, s, u, n, vt, n, query, -1, info)
-      allocate (work(int(query(1))), source=0.0_wp)
-      call dgesvd('A', 'A', n, n, factor, n, s, u, n, vt, n, work, size(work), info)
+      call part_weak(scaled, u, v, weak, info, s)
       if (info /= 0) return
       load = rows*y
       y = 0.0_wp
       do i = 1, n
-         associate (p => u(:, i), q => vt(i, :))
-            if (s(i) > scaled%worth(p, q)) then
-               y = y + dot_product(p, load)/s(i)*q
-            else
-               unresisted = unresisted + 1
-               free(:, unresisted) = columns*q
-               if (.not. allocated(loaded) .and. abs(dot_product(p, load)) > small_load*maxval(abs(load)) + &
-                   dot_product(abs(p), rows*uncertain)) loaded = columns*q
-            end if
-         end associate
+         if (any(weak == i)) then
+            unresisted = unresisted + 1
+            free(:, unresisted) = columns*v(:, i)
+            if (.not. allocated(loaded) .and. is_loaded(u(:, i), load, rows*uncertain)) loaded = columns*v(:, i)
+         else
+            y = y + dot_product(u(:, i), load)/s(i)*v(:, i)
+         end if
       end do
       y = columns*y
       ! What is least in scaled columns is not without such motions.
@@ -175,6 +169,51 @@ contains
          y = y - dot_product(free(:, i), y)*free(:, i)
       end do
    end subroutine solve_doubtful
+
+   !> Which of the singular motions nothing resists.
+   subroutine part_weak(stiffness, u, v, weak, info, s)
+      !> The tangent, scaled.
+      type(stiffness_t), intent(in) :: stiffness
+      !> Singular vectors that forces are weighed with: (n, n).
+      real(wp), allocatable, intent(out) :: u(:, :)
+      !> Those that are motions: (n, n).
+      real(wp), allocatable, intent(out) :: v(:, :)
+      !> Which are not resisted.
+      integer, allocatable, intent(out) :: weak(:)
+      !> 0, or LAPACK's code.
+      integer, intent(out) :: info
+      !> Singular values: (n).
+      real(wp), allocatable, intent(out), optional :: s(:)
+      real(wp), allocatable :: factor(:, :), values(:), vt(:, :), work(:)
+      real(wp) :: query(1)
+      integer :: i, n
+
+      n = size(stiffness%k, 1)
+      allocate (u(n, n), vt(n, n), values(n), source=0.0_wp)
+      factor = stiffness%k
+      call dgesvd('A', 'A', n, n, factor, n, values, u, n, vt, n, query, -1, info)
+      allocate (work(int(query(1))), source=0.0_wp)
+      call dgesvd('A', 'A', n, n, factor, n, values, u, n, vt, n, work, size(work), info)
+      if (info /= 0) return
+      v = transpose(vt)
+      allocate (weak(0))
+      do i = 1, n
+         if (.not. values(i) > stiffness%worth(u(:, i), v(:, i))) weak = [weak, i]
+      end do
+      if (present(s)) s = values
+   end subroutine part_weak
+
+   !> Whether forces do work along a motion that nothing resists, beyond what they are worth.
+   pure logical function is_loaded(p, load, uncertain)
+      !> The motion, as forces are weighed with it: (n).
+      real(wp), intent(in) :: p(:)
+      !> The forces: (n).
+      real(wp), intent(in) :: load(:)
+      !> How much of each is not to be relied on: (n).
+      real(wp), intent(in) :: uncertain(:)
+
+      is_loaded = abs(dot_product(p, load)) > small_load*maxval(abs(load)) + dot_product(abs(p), uncertain)
+   end function is_loaded
 
    !> Factors that bring the largest entry of each row and column to one, or below it.
    pure subroutine scale(k, floor, rows, columns)

@@ -14,7 +14,7 @@ module taut_case_mechanism_static
    use taut_case_process, only: say
    use taut_case_settings, only: settings_t
    use taut_constrained_equilibrium, only: equilibrium, equilibrium_options_t, equilibrium_result_t
-   use taut_constrained_modes, only: eigenmodes, modes_t
+   use taut_constrained_modes, only: eigenmodes, modes_options_t, modes_t
    use taut_constrained_system, only: state_t
    use taut_model_mechanism, only: mechanism_t
    use taut_model_mechanism_body, only: body_planar, entry_of_velocity, pose_t, velocities_of_kind
@@ -112,6 +112,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(settings_t) :: settings
       type(equilibrium_options_t) :: options
+      type(modes_options_t) :: wanted
       type(state_t) :: start
 
       call read_analysis(file, case%analysis, error)
@@ -126,7 +127,8 @@ contains
       if (.not. allocated(error)) then
          call measure(case, start)
          ! Its modes tell whether it is stable; where there are none, nobody asks.
-         call eigenmodes(case%model, case%at, case%modes, error)
+         wanted%number = case%analysis%number
+         call eigenmodes(case%model, case%at, case%modes, error, wanted)
          if (case%analysis%kind == 'equilibrium' .and. allocated(error)) deallocate (error)
       end if
       if (allocated(error)) error%where = file%path//': '//error%where
@@ -269,8 +271,10 @@ contains
       if (any(case%modes%growth > 0.0_wp)) then
          write (line, '(2x, a, es9.2, a)') 'unstable: it is left at a rate of', maxval(case%modes%growth), ' 1/s'
          call say(trim(line))
-      else
+      else if (case%modes%complete) then
          call say('  stable')
+      else
+         call say('  stable, as far as its '//to_text(size(case%modes%frequency))//' lowest modes tell')
       end if
       if (case%modes%free_motions > 0) &
          call say('  free motions, which nothing resists and nothing loads: '//to_text(case%modes%free_motions))
