@@ -76,6 +76,37 @@ def test_four_bars_pass_at_every_tolerance(
         assert last["B0.x"] == pytest.approx(math.sin(angle), abs=3e3 * 10.0**-digits + 2e-5)
 
 
+@pytest.mark.parametrize("integrator", ["dopri5", "dop853", "radau"])
+@pytest.mark.parametrize("digits", range(4, 13))
+@pytest.mark.parametrize("rate", (0.7, 1.0, 1.7, 2.3, 3.1))
+def test_parallelograms_pass_flat(
+    mechanism: Path, tmp_path: Path, rate: float, digits: int, integrator: str
+) -> None:
+    """A parallelogram keeps its rate, and is flat twice a turn."""
+    x, y = math.cos(1.0), math.sin(1.0)
+    half, whole = (f"velocity = {-share * rate * y!r}, {share * rate * x!r}" for share in (0.5, 1.0))
+    rod, turning = 'shape = "rod", mass = 1.0', f"angle_rate = {rate}"
+    lines = ["&mechanism planar = .true. /"]
+    for name, at in (("crank", 0.0), ("rocker", 2.0)):
+        lines += [
+            f'&body name = "{name}", {rod}, from = {at}, 0.0, to = {at + x!r}, {y!r}, {half}, {turning} /',
+            f'&joint name = "{name}_root", type = "revolute", body_2 = "{name}", point = {at}, 0.0 /',
+        ]
+    lines.append(f'&body name = "bar", {rod}, from = {x!r}, {y!r}, to = {2.0 + x!r}, {y!r}, {whole} /')
+    for name, at in (("crank", x), ("rocker", 2.0 + x)):
+        both = f'body_1 = "{name}", body_2 = "bar", point = {at!r}, {y!r}'
+        lines.append(f'&joint name = "{name}_end", type = "revolute", {both} /')
+    lines += [
+        f'&point name = "P", body = "crank", position = {x!r}, {y!r} /',
+        f"&integration t_end = 10.0, rtol = 1e-{digits}, atol = 1e-{digits + 2}",
+        f'integrator = "{integrator}" /',
+        "&output dt = 0.1 /",
+    ]
+    status, said, last = run(mechanism, tmp_path, "\n".join(lines) + "\n")
+    assert status == "reached-end", said
+    assert last["P.x"] == pytest.approx(math.cos(1.0 + 10.0 * rate), abs=3e3 * 10.0**-digits + 1e-7)
+
+
 @pytest.mark.parametrize(
     "off", ["0", "1e-12", "1e-10", "1e-8", "1e-7", "1e-6", "1e-5", "1e-4", "1e-3", "1e-2"]
 )

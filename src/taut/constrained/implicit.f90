@@ -20,6 +20,8 @@ module taut_constrained_implicit
    use taut_linalg_csr, only: csr_t
    use taut_constrained_system_tables, only: coordinate_name, velocity_name
    use taut_error, only: to_text
+   use taut_linalg_rank, only: pivot_floor
+   use taut_ode_newton, only: spread_evenly
    use taut_ode_system, only: not_converged, ode_system_t, rhs_cannot, rhs_not_solved, rhs_ok, rhs_retry
    implicit none (type, external)
    private
@@ -53,6 +55,7 @@ module taut_constrained_implicit
       procedure :: refresh
       procedure :: settle
       procedure :: yield
+      procedure :: let_go
       procedure :: take_back
       procedure :: start
       procedure :: explain
@@ -364,7 +367,6 @@ contains
       self%at%v(:) = y(n_x + 1:n_x + n)
       self%at%w(:) = y(n_x + n + 1:)
       self%singular_at = 0
-      self%holding = .false.
       call self%model%normalize(self%at%x)
       ! On the constraints, where redundant rows are seen to be.
       call self%projector%position(self%model, self%at, info)
@@ -372,7 +374,9 @@ contains
       call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
       call self%projector%linear%kept_rows(self%independent)
-      self%kept(:) = self%independent
+      self%kept(:) = self%independent .and. .not. self%held
+      if (self%holding) call self%projector%linear%keep_rows(self%kept, info)
+      if (info /= rhs_ok) return
       call momentum(self, self%at, ydot(n_x + 1:n_x + n), z)
       if (self%n_e > 0) self%b_here%values(:) = self%b%values
       self%m_here%values(:) = self%m%values
@@ -489,15 +493,26 @@ contains
       call self%model%normalize(self%stage%x)
       call evaluate_jacobian(self%model, self%stage, self%a)
       self%kept(:) = self%independent
-      call self%projector%linear%leave_out(self%a, self%kept, info)
+      call self%projector%linear%leave_out(self%a, self%kept)
       self%held(:) = self%independent .and. .not. self%kept
+      ! How much they push is for the start to find.
+      self%held_force(:) = 0.0_wp
       yields = any(self%held)
       self%holding = yields
    end subroutine yield
 
+   !> All rows are met again, from the next linearization on.
+   pure subroutine let_go(self)
+      !> The form.
+      class(implicit_form_t), intent(inout) :: self
+
+      self%held(:) = .false.
+      self%holding = .false.
+   end subroutine let_go
+
    !> A violation that the projection tolerates is turned into a motion by rows that are near to others: what is no more than
-   !! round-off of phi counts as none here.
-   subroutine take_back(self, ode, t, y)
+   !! round-off of phi counts as none here. What that much of phi is in the motion, the other state shows.
+   subroutine take_back(self, ode, t, y, other)
       !> The form.
       class(implicit_form_t), intent(inout) :: self
       !> The system, asked for the times between which it is looked at.
@@ -506,24 +521,43 @@ contains
       real(wp), intent(in) :: t
       !> State {x; v; w}, projected: (n).
       real(wp), intent(inout), contiguous :: y(:)
-      integer :: info, n, n_x
-      real(wp) :: tolerance
+      !> A state that meets the constraints no worse: (n).
+      real(wp), intent(out), contiguous :: other(:)
+      integer :: i, info, n, n_x
+      logical :: takes_all
+      real(wp) :: cut, tolerance
 
       n = self%n_v
       n_x = self%n_x
+      other(:) = y
       self%stage%t = min(max(t, ode%t_low), ode%t_high)
       self%stage%x(:) = y(:n_x)
       self%stage%v(:) = y(n_x + 1:n_x + n)
       self%stage%w(:) = y(n_x + n + 1:)
-      associate (yardstick => self%projector%newton%yardstick)
+      associate (yardstick => self%projector%newton%yardstick, linear => self%projector%linear)
          tolerance = yardstick%tolerance
          call yardstick%allow(tiny(1.0_wp))
+         call linear%pass_over(pivot_floor, cut)
          call self%projector%correct(self%model, self%stage, info)
+         if (info == rhs_ok) then
+            y(:n_x) = self%stage%x
+            y(n_x + 1:n_x + n) = self%stage%v
+            call yardstick%round_off(self%stage%x, linear%phi)
+            do i = 1, self%n_phi
+               linear%phi(i) = sign(linear%phi(i), spread_evenly(i))
+            end do
+            call linear%find_displacement(.false., 0.0_wp, .false., takes_all, info)
+            call self%model%displace(linear%d, self%stage%x)
+            call self%model%normalize(self%stage%x)
+            if (info == rhs_ok) call linear%linearize(self%model, self%stage, info, 0.0_wp)
+            if (info == rhs_ok) call self%projector%velocity(self%model, self%stage)
+         end if
+         call linear%pass_over(cut)
          call yardstick%allow(tolerance)
       end associate
       if (info /= rhs_ok) return
-      y(:n_x) = self%stage%x
-      y(n_x + 1:n_x + n) = self%stage%v
+      other(:n_x) = self%stage%x
+      other(n_x + 1:n_x + n) = self%stage%v
    end subroutine take_back
 
    !> Accelerations and multipliers of a state, with its internal forces as they are: M vdot + A^T lambda = f_s - B^T sigma,
@@ -556,7 +590,6 @@ contains
       self%at%w(:) = y(n_x + n + 1:)
       self%singular_at = 0
       self%jammed = .false.
-      self%holding = .false.
       call self%model%normalize(self%at%x)
       call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
@@ -600,7 +633,7 @@ contains
       if (info /= rhs_ok) return
       call self%model%x_rate(self%at, self%at%v, ydot(:n_x))
       ydot(n_x + 1:n_x + n) = self%real_x(:n)
-      if (any(self%held)) then
+      if (self%holding) then
          call find_held_force(self, ode, z(:c), info)
          if (info /= rhs_ok) return
       end if
@@ -613,11 +646,12 @@ contains
    end subroutine start
 
    !> What the held rows push with that the others cannot: their force less M a, where a is what of the accelerations it gives is
-   !! left by the others. It is normal to the constraints, and stays so; the rest of their force would turn away.
+   !! left by the others. It is normal to the constraints, and stays so; the rest of their force would turn away. The others take
+   !! over what they can: only then are their multipliers as smooth as the force.
    subroutine find_held_force(self, ode, lambda, info)
       type(implicit_form_t), intent(inout) :: self
       class(ode_system_t), intent(inout) :: ode
-      real(wp), intent(in) :: lambda(:)
+      real(wp), intent(inout) :: lambda(:)
       integer, intent(out) :: info
       integer :: n
 
@@ -633,6 +667,7 @@ contains
       self%real_x(n + 1:) = 0.0_wp
       call self%lu%solve(self%real_x)
       call self%m_here%multiply(self%real_x(:n), self%held_force)
+      lambda(:) = merge(0.0_wp, lambda - self%real_x(n + self%n_w + 1:), self%held)
    end subroutine find_held_force
 
    !> Forces that depend on the multipliers are those of the multipliers that they lead to, by Newton's iteration; begun at those

@@ -67,6 +67,7 @@ module taut_constrained_linearization
       procedure, non_overridable :: look
       procedure, non_overridable :: kept_rows
       procedure, non_overridable :: leave_out
+      procedure, non_overridable :: keep_rows
       procedure, non_overridable :: divide_by_weight
       procedure, non_overridable :: serialize
    end type linearization_t
@@ -406,18 +407,27 @@ contains
       kept(:) = self%keeper%kept
    end subroutine kept_rows
 
-   !> Leaves rows out that come to depend on the others on the way to another state, until the next `linearize`.
-   subroutine leave_out(self, there, kept, info)
+   !> Which rows come to depend on the others on the way to another state.
+   subroutine leave_out(self, there, kept)
       !> The linearization, after `linearize`.
       class(linearization_t), intent(inout) :: self
       !> A at the other state.
       type(csr_t), intent(in) :: there
-      !> The rows that are kept so far, those that are left out taken off: (c).
+      !> The rows that are kept so far, those that do taken off: (c).
       logical, intent(inout) :: kept(:)
+
+      call self%keeper%selection%leave_out(self%a, there, kept)
+   end subroutine leave_out
+
+   !> S of fewer rows, until the next `linearize`.
+   subroutine keep_rows(self, kept, info)
+      !> The linearization, after `linearize`.
+      class(linearization_t), intent(inout) :: self
+      !> The rows: (c).
+      logical, intent(in) :: kept(:)
       !> `rhs_ok` or `rhs_retry`.
       integer, intent(out) :: info
 
-      call self%keeper%selection%leave_out(self%a, there, kept)
       call factorize_rows(self%onto, kept)
       if (info == 0 .and. .not. self%all_holonomic) call factorize_rows(self%onto_holonomic, kept(:self%onto_holonomic%c))
       info = merge(rhs_ok, rhs_retry, info == 0)
@@ -433,7 +443,7 @@ contains
          call onto%factorize(self%a, self%w, self%identity, info)
       end subroutine factorize_rows
 
-   end subroutine leave_out
+   end subroutine keep_rows
 
    !> u := W^-1 u, after `linearize`.
    subroutine divide_by_weight(self, u)

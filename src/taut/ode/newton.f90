@@ -12,7 +12,7 @@ module taut_ode_newton
                               rhs_ok, rhs_retry, stage_equations_t
    implicit none (type, external)
    private
-   public :: newton_t, most_iterations, good_contraction
+   public :: newton_t, most_iterations, good_contraction, spread_evenly
 
    !> Iterations at the most.
    integer, parameter :: most_iterations = 10
@@ -43,13 +43,15 @@ module taut_ode_newton
       logical :: has_jacobian = .false., fresh = .false.
       !> Whether the equations hold something for the sake of the present step.
       logical :: yields = .false.
+      !> Whether round-off has ended the iteration with corrections that the tolerance of errors would notice.
+      logical :: doubtful = .false.
       !> What went wrong last, and the entry of y that was the worst then.
       integer, private :: trouble = no_trouble, worst = 0
       !> By how much the iteration is still off after its last correction, in units of that; the step of the factors.
       real(wp), private :: eta = 1.0_wp, h_factors = 0.0_wp
       real(wp), private :: change_before = 0.0_wp, tolerance = 0.0_wp
       !> The largest correction that round-off is taken for: where equations are singular it is the root of it.
-      real(wp), private :: most_round_off = 1.0_wp
+      real(wp) :: most_round_off = 1.0_wp
       !> Contraction and eta before this iteration.
       real(wp), private :: contraction_before = 1.0_wp, eta_before = 1.0_wp
       !> Where the Jacobian was built, and where what of it costs little was brought since, if it was, and in this very step.
@@ -127,10 +129,12 @@ contains
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
 
+      call self%equations%let_go()
       call self%equations%start(ode, t, y, first, ydot, z, info)
       self%trouble = merge(not_factorized, no_trouble, info == rhs_not_solved .or. info == rhs_cannot)
       call self%count(work)
-      call self%drop()
+      self%h_factors = 0.0_wp
+      self%has_jacobian = .false.
       self%contraction = 1.0_wp
       self%eta = 1.0_wp
    end subroutine start
@@ -142,6 +146,7 @@ contains
 
       self%h_factors = 0.0_wp
       self%has_jacobian = .false.
+      self%yields = .false.
    end subroutine drop
 
    !> Builds the matrices that a restart has lost; the work was counted before.
@@ -201,11 +206,11 @@ contains
       if (.not. self%has_jacobian) then
          call keep_place(self%jacobian)
          self%h_jacobian = h
+         if (.not. self%yields) call self%equations%let_go()
          call self%equations%linearize(ode, t, h, y, ydot, z, info)
          work%jacobians = work%jacobians + 1
          self%has_jacobian = info == rhs_ok
          self%fresh = .true.
-         self%yields = .false.
          self%has_refreshed = .false.
          self%h_factors = 0.0_wp
       else if (abs(h - self%h_factors) > 0.0_wp .and. .not. self%yields) then
@@ -263,9 +268,10 @@ contains
       self%h_factors = 0.0_wp
    end subroutine improve
 
-   !> Where an iteration has failed with a fresh Jacobian: whether the equations can hold what hampers it. What is held is what the
-   !! equations themselves say at the step's start: round-off may have made anything of what the steps before have left of it.
-   subroutine yield(self, ode, t, h, y, ydot, z, work, yields, info)
+   !> Where an iteration has failed, or has come as far as round-off lets it and that is not enough: whether the equations can hold
+   !! what hampers it. What is held is what the equations themselves say at the step's start: round-off may have made anything of
+   !! what the steps before have left of it.
+   subroutine yield(self, ode, t, h, y, ydot, z, yields, info)
       !> The iteration.
       class(newton_t), intent(inout) :: self
       !> The system.
@@ -280,8 +286,6 @@ contains
       real(wp), intent(inout), contiguous :: ydot(:)
       !> Algebraic unknowns there, replaced likewise: (n_z).
       real(wp), intent(inout), contiguous :: z(:)
-      !> Where it is counted.
-      type(work_t), intent(inout) :: work
       !> Whether another try with this step is of use.
       logical, intent(out) :: yields
       !> One of the `rhs_` constants.
@@ -293,15 +297,8 @@ contains
       call self%equations%yield(h, yields, info)
       if (info /= rhs_ok .or. .not. yields) return
       call self%equations%start(ode, t, y, .false., ydot, z, info)
-      if (info /= rhs_ok) return
-      self%jacobian%z(:) = z
-      associate (of => self%jacobian)
-         call self%equations%linearize(ode, of%t, h, of%y, of%ydot, of%z, info)
-      end associate
-      work%jacobians = work%jacobians + 1
-      if (info == rhs_ok) call self%equations%yield(h, yields, info)
-      self%yields = yields
-      self%h_factors = 0.0_wp
+      call self%drop()
+      self%yields = info == rhs_ok
    end subroutine yield
 
    !> Before the first iteration of a step.
@@ -312,6 +309,7 @@ contains
       type(step_control_t), intent(in) :: control
 
       self%used = 0
+      self%doubtful = .false.
       self%trouble = no_trouble
       self%change_before = 0.0_wp
       self%contraction_before = self%contraction
@@ -366,15 +364,23 @@ contains
       real(wp), intent(in), contiguous :: z(:)
       !> The residual: (n + n_z).
       real(wp), intent(out), contiguous :: r(:)
-      !> The part of the golden ratio behind the point, whose multiples are spread evenly.
-      real(wp), parameter :: golden = 0.5_wp*(sqrt(5.0_wp) - 1.0_wp)
       integer :: j
 
       call self%equations%round_off(y, ydot, z, r)
       do j = 1, size(r)
-         r(j) = sign(r(j), modulo(golden*real(j + stage*size(r), wp), 1.0_wp) - 0.5_wp)
+         r(j) = sign(r(j), spread_evenly(j + stage*size(r)))
       end do
    end subroutine draw_round_off
+
+   !> Numbers between -1/2 and 1/2 that stand for drawn ones.
+   pure real(wp) function spread_evenly(i)
+      !> Which of them.
+      integer, intent(in) :: i
+      !> The part of the golden ratio behind the point, whose multiples are spread evenly.
+      real(wp), parameter :: golden = 0.5_wp*(sqrt(5.0_wp) - 1.0_wp)
+
+      spread_evenly = modulo(golden*real(i, wp), 1.0_wp) - 0.5_wp
+   end function spread_evenly
 
    !> Whether an iteration without hopes has come as far as round-off lets it.
    pure subroutine judge_round_off(self, change, of_round_off, converged)
@@ -391,6 +397,7 @@ contains
 
 
       converged = change <= min(luck*of_round_off, self%most_round_off)
+      self%doubtful = converged .and. change > 1.0_wp
       if (.not. converged) return
       ! How fast it contracts was not to be seen.
       self%contraction = self%contraction_before
@@ -406,7 +413,7 @@ contains
          if (self%fresh .or. self%current) self%has_jacobian = .false.
          self%h_factors = 0.0_wp
       end if
-      if (self%yields) self%has_jacobian = .false.
+      if (self%yields) call self%drop()
       self%fresh = .false.
       self%current = .false.
    end subroutine accept

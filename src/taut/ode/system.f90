@@ -107,6 +107,7 @@ module taut_ode_system
       procedure(find_round_off), deferred :: round_off
       procedure :: settle => nothing_to_settle
       procedure :: yield => nothing_to_yield
+      procedure :: let_go => nothing_to_let_go
       procedure :: take_back => nothing_to_take_back
       procedure :: explain => nothing_to_explain
    end type stage_equations_t
@@ -283,7 +284,7 @@ contains
 
    !> What a step has left that held something, at its end, which is projected: as far as round-off lets it be taken off. The
    !! default takes off nothing.
-   subroutine nothing_to_take_back(self, ode, t, y)
+   subroutine nothing_to_take_back(self, ode, t, y, other)
       !> The equations.
       class(stage_equations_t), intent(inout) :: self
       !> The system.
@@ -292,8 +293,11 @@ contains
       real(wp), intent(in) :: t
       !> State, replaced: (n).
       real(wp), intent(inout), contiguous :: y(:)
+      !> A state that differs from it by round-off, and by what the equations make of that: (n).
+      real(wp), intent(out), contiguous :: other(:)
 
-      associate (unused_equations => self, unused_system => ode, unused_time => t, unused_state => y)
+      other(:) = y
+      associate (unused_equations => self, unused_system => ode, unused_time => t)
       end associate
    end subroutine nothing_to_take_back
 
@@ -447,7 +451,7 @@ contains
       class(stage_equations_t), intent(inout) :: self
       !> The step [s].
       real(wp), intent(in) :: h
-      !> Whether something is held now, until the next linearization; it is to be factorized again.
+      !> Whether something is held now, until it is released; it is to be linearized again.
       logical, intent(out) :: yields
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
@@ -457,6 +461,15 @@ contains
       associate (unused_equations => self, unused_step => h)
       end associate
    end subroutine nothing_to_yield
+
+   !> What is held is so no more, from the next linearization on. By default nothing is.
+   pure subroutine nothing_to_let_go(self)
+      !> The equations.
+      class(stage_equations_t), intent(inout) :: self
+
+      associate (unused_equations => self)
+      end associate
+   end subroutine nothing_to_let_go
 
    !> Evaluates J = df/dy, or what stands for it in `factorize`. The default cannot.
    subroutine no_linearization(self, t, y, info)

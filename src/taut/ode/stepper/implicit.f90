@@ -152,7 +152,7 @@ contains
       class(implicit_stepper_t), intent(inout) :: self
 
       self%h_old = self%h_try
-      self%has_history = .not. self%newton%yields
+      self%has_history = .true.
       self%rejected = .false.
       call self%newton%accept()
    end subroutine advance

@@ -31,6 +31,8 @@ module taut_ode_stepper_radau
       real(wp), allocatable, private :: ydot_new(:)
       !> Increments of the stages and their algebraic unknowns, of this try and of the step before.
       real(wp), allocatable, private :: y_stage(:, :), z_stage(:, :), y_last(:, :), z_last(:, :)
+      !> Whether a try of this step was rejected for its end, where motions that branch cannot be told apart.
+      logical, private :: evades = .false.
       !> The system's integrand at the stages.
       real(wp), private :: integrand(3) = 0.0_wp
       !> The state at the step's start, and what the projection has added at its end.
@@ -99,6 +101,7 @@ contains
 
       call meet_system(self, ode)
       call self%begin(ode, t, y, info)
+      self%evades = .false.
       self%error_old = least_error
    end subroutine start
 
@@ -127,7 +130,7 @@ contains
       !> `rhs_ok`, or why there is no new state.
       integer, intent(out) :: info
       integer :: i
-      logical :: again, converged, stale, yields
+      logical :: again, converged, stale, told, yields
 
       accepted = .false.
       h_next = h
@@ -140,15 +143,17 @@ contains
          end if
          call iterate(self, ode, control, t, y, t_new, h, converged, info)
          call self%newton%count(self%work)
-         if (converged) exit
+         if (converged .and. .not. self%newton%doubtful) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
-         if (self%newton%fresh .and. info == rhs_ok) then
-            call self%newton%yield(ode, t, h, y, self%ydot, self%z, self%work, yields, info)
+         if (converged .or. (self%newton%fresh .and. info == rhs_ok)) then
+            call self%newton%yield(ode, t, h, y, self%ydot, self%z, yields, info)
             if (yields .and. info == rhs_ok) then
-               self%has_history = .false.
+               if (self%has_history) self%z_last(:, :) = spread(self%z, 2, 3)
                cycle
             end if
+            converged = converged .and. info == rhs_ok
          end if
+         if (converged) exit
          call self%improve(control, self%work_y, y, self%state, h, h_next, again, info)
          if (.not. again) return
       end do
@@ -178,7 +183,16 @@ contains
             call self%give_up(h, h_next)
             return
          end if
-         call take_back(self, ode, control, t_new, h, y, y_new)
+         call take_back(self, ode, control, t_new, h, y, y_new, told)
+         if (.not. (told .or. self%evades)) then
+            ! Such a place at the end of this step is in the middle of the next one, if both are of this length.
+            self%evades = .true.
+            self%rejected = .true.
+            call self%newton%drop()
+            accepted = .false.
+            h_next = 2.0_wp/3.0_wp*h
+            return
+         end if
          ! What was held has no history.
          call self%newton%start(ode, t_new, y_new, .false., self%ydot_new, self%z_stage(:, 3), self%work, info)
          if (info /= rhs_ok) then
@@ -195,24 +209,28 @@ contains
       self%integrand_behind = self%integrand(3)
    end subroutine try
 
-   !> What the projection has tolerated of what was held, if it is less than what the projection itself has taken off.
-   subroutine take_back(self, ode, control, t_new, h, y, y_new)
+   !> What the projection has tolerated of what was held is taken back, if it is more than round-off would make anyway.
+   subroutine take_back(self, ode, control, t_new, h, y, y_new, told)
       type(radau_t), intent(inout) :: self
       class(ode_system_t), intent(inout) :: ode
       type(step_control_t), intent(in) :: control
       real(wp), intent(in) :: t_new, h
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(inout), contiguous :: y_new(:)
-      real(wp) :: taken
+      !> Whether it was taken back, or is no more than a singular position makes of round-off.
+      logical, intent(out) :: told
+      real(wp) :: of_round_off, way
 
-      self%rate(:) = self%state - y_new
-      call ode%weigh_error(h, self%rate)
-      taken = control%norm(self%rate, y, y_new)
       self%rate(:) = y_new
-      call self%newton%equations%take_back(ode, t_new, self%rate)
+      call self%newton%equations%take_back(ode, t_new, self%rate, self%work_y)
+      self%work_y(:) = self%work_y - self%rate
+      call ode%weigh_error(h, self%work_y)
+      of_round_off = control%norm(self%work_y, y, y_new)
       self%work_y(:) = self%rate - y_new
       call ode%weigh_error(h, self%work_y)
-      if (control%norm(self%work_y, y, y_new) <= taken) y_new(:) = self%rate
+      way = control%norm(self%work_y, y, y_new)
+      told = of_round_off < way .or. way <= self%newton%most_round_off
+      if (of_round_off < way) y_new(:) = self%rate
    end subroutine take_back
 
    !> A Jacobian, and its factors for the step.
@@ -430,7 +448,7 @@ contains
             self%y_last(j, i) = self%y_stage(j, i) + self%shift(j)
          end do
          do j = 1, self%n_z
-            self%z_last(j, i) = self%z_stage(j, i)
+            self%z_last(j, i) = self%z_stage(j, merge(3, i, self%newton%yields))
          end do
       end do
       do j = 1, self%n
@@ -439,6 +457,7 @@ contains
       do j = 1, self%n_z
          self%z(j) = self%z_stage(j, 3)
       end do
+      self%evades = .false.
       call self%advance()
    end subroutine accept
 
