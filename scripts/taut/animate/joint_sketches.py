@@ -42,6 +42,8 @@ class Sketch:
     axes: tuple[tuple[float, ...], ...] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
     at: tuple[float, ...] = (0, 0, 0)
     reach: float = 1.25
+    # Where the word of a force along an axis stands that is not upright: above it, or below.
+    above: float = 0.2
 
 
 class Panel:
@@ -252,7 +254,9 @@ SKETCHES = {
     "distance": Sketch(distance, "", "", at=(0, -0.9, 0), reach=0.6),
     "coordinate": Sketch(coordinate, "f3", "s1 s2 t1 t2 t3"),
     "rolling": Sketch(rolling, "f1 f2 f3", ""),
-    "knife_edge": Sketch(knife_edge, "f3", "", {"f3": "f3, across"}, ((-1, 0, 0), (0, 0, 1), (0, 1, 0))),
+    "knife_edge": Sketch(
+        knife_edge, "f3", "", {"f3": "f3, across"}, ((-1, 0, 0), (0, 0, 1), (0, 1, 0)), above=-0.24
+    ),
 }
 
 
@@ -266,7 +270,7 @@ def place(panel: Panel, sketch: Sketch, i: int, axis: Array) -> None:
     panel.line([tuple(start), tuple((start + end) / 2)], DARK, linewidth=0.8, linestyle=(0, (2, 2)))
     panel.arrow((start + end) / 2, end, color, 1.8 if slides else 0.8)
     panel.text(end + 0.14 * axis, str(i), DARK, 11, weight="bold")
-    side = 0.2 * RIGHT if upright else np.array([0, 0, 0.2])
+    side = 0.2 * RIGHT if upright else np.array([0, 0, sketch.above])
     panel.text(end + side, slides, color, ha="left" if upright else "center")
     turns, color = _kind(sketch, i, "mt")
     if color != DARK:
