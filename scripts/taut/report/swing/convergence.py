@@ -123,25 +123,40 @@ def _over_elements(axes: Axes) -> None:
     axes.set(xlabel="two-node elements", ylabel="distance from the continuum [m]")
 
 
-# On which side of its points each series has their numbers of elements, so that no two meet.
-LABELS = (("left", (5, 4)), ("left", (6, 4)), ("right", (-6, -9)))
+# Where the number of a point may stand, in points from it, the best places first; and the size of a digit.
+PLACES = (
+    (-5, 5),
+    (5, 5),
+    (-5, -5),
+    (5, -5),
+    (0, 8),
+    (0, -8),
+    (-9, 0),
+    (9, 0),
+    (-12, 9),
+    (12, 9),
+    (-12, -9),
+    (12, -9),
+)
+DIGIT = np.array([5.2, 7.5])
 
 
 def cost_figure(results: Results) -> Figure:
     """Draws the error before and after the event over what a run has taken."""
     layout = ConstrainedLayoutEngine(w_pad=0.05, h_pad=0.05)
     figure, panels = plt.subplots(1, 2, figsize=(8.0, 4.1), layout=layout, sharex=True)
+    numbered = []
     for axes, t in zip(panels, (BEFORE, INSTANTS[-1]), strict=True):
         at = INSTANTS.index(t)
-        for one, (side, place) in zip(SERIES, LABELS, strict=True):
+        points: list[tuple[Series, list[int], Array]] = []
+        for one in SERIES:
             cases = one.cases(results)
             seconds = [results.case(name).number("present", "wall_seconds") for name in cases.values()]
             found = [errors(results, name)[at] for name in cases.values()]
             look = {"color": one.color, "marker": one.marker, "linestyle": one.dashes, "markersize": 5}
             axes.loglog(seconds, found, linewidth=1.2, **look)
-            for n, x, y in zip(cases, seconds, found, strict=True):
-                text = {"xytext": place, "textcoords": "offset points", "fontsize": 8.5, "ha": side}
-                axes.annotate(str(n), (x, y), color=one.color, **text)
+            points.append((one, list(cases), np.column_stack((seconds, found))))
+        numbered.append((axes, points))
         axes.set(title=f"At {t:g} s", xlabel="time of the run to 1.0 s [s]")
     panels[0].set_ylabel("distance from the continuum [m]")
     handles = [
@@ -149,7 +164,33 @@ def cost_figure(results: Results) -> Figure:
         for s in SERIES
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=3, columnspacing=1.8)
+    figure.draw_without_rendering()
+    for axes, points in numbered:
+        number_points(axes, points)
     return figure
+
+
+def number_points(axes: Axes, series: list[tuple[Series, list[int], Array]]) -> None:
+    """Writes the numbers of elements where they meet neither each other nor points and lines."""
+    to_points = 72 / axes.figure.dpi
+    places = [axes.transData.transform(points) * to_points for _, _, points in series]
+    taken = []
+    for line in places:
+        for start, end in zip(line[:-1], line[1:], strict=True):
+            taken += [(start + part * (end - start), np.array([1.0, 1.0])) for part in np.linspace(0, 1, 25)]
+        taken += [(point, np.array([6.0, 6.0])) for point in line]
+    for (one, numbers, points), line in zip(series, places, strict=True):
+        for n, point, at in zip(numbers, points, line, strict=True):
+            size = DIGIT * (len(str(n)), 1)
+            tried = []
+            for place in PLACES:
+                middle = at + place + np.sign(place) * size / 2
+                overlaps = [np.maximum((size + other) / 2 - abs(middle - where), 0) for where, other in taken]
+                tried.append((sum(float(one_of.prod()) for one_of in overlaps), middle))
+            middle = min(tried, key=lambda found: found[0])[1]
+            taken.append((middle, size + 1))
+            text = {"fontsize": 8.5, "ha": "center", "va": "center", "textcoords": "offset points"}
+            axes.annotate(str(n), point, tuple(middle - at), color=one.color, **text)
 
 
 def peaks(results: Results) -> dict[int, tuple[float, float]]:
