@@ -10,8 +10,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import solve_banded
 
 from taut.benchmark.entrant import Array, Entrant, Peer, Problem, Run
-from taut.benchmark.problems import andrews, bricard, car_axis, heavy_top
-from taut.benchmark.problems.projected import TOLERANCE, System, solve
+from taut.benchmark.peers.program import PATIENCE, TookTooLongError
+from taut.benchmark.problems import andrews, bricard, car_axis, heavy_top, swing
+from taut.benchmark.problems.projected import TOLERANCE, Rates, System, solve
 from taut.errors import TautError
 
 GRAVITY = 9.81
@@ -174,7 +175,20 @@ SYSTEMS: dict[str, Callable[[int], System]] = {
     "andrews": andrews.system,
     "bricard": bricard.system,
     "car-axis": car_axis.system,
+    "swing": swing.system,
 }
+
+
+def patient(rates: Rates) -> Rates:
+    """Returns rates that give up when as much time has passed as a program is given."""
+    end = time.process_time() + PATIENCE
+
+    def limited(t: float, y: Array) -> Sequence[float] | Array:
+        if time.process_time() > end:
+            raise TookTooLongError(f"SciPy took longer than {PATIENCE} s")
+        return rates(t, y)
+
+    return limited
 
 
 def entrants(problem: Problem, size: int) -> Sequence[Entrant]:
@@ -189,7 +203,7 @@ def entrants(problem: Problem, size: int) -> Sequence[Entrant]:
             while True:
                 before = time.process_time()
                 done = solve_ivp(
-                    rates,
+                    patient(rates) if problem.stiff else rates,
                     (0.0, problem.t_end),
                     start,
                     method=method,
