@@ -263,12 +263,16 @@ def test_a_modal_model_far_from_the_beam(again: Results) -> None:
 
 
 def test_mesh_convergence_and_its_rate(results: Results) -> None:
-    table, _, compared, _ = swing_chapter.against_reference(results)
+    table, _, instants, _, compared, _ = swing_chapter.against_reference(results)
     assert table.rows[:2] == (
         ("4", "2.8\u00a0×\u00a010⁻⁴", ""),
         ("8", "7.0\u00a0×\u00a010⁻⁵", "2.00"),
     )
     assert [row[2] for row in table.rows[2:]] == ["1.88", "1.98", "2.00"]
+    assert [row[0] for row in instants.rows] == ["2 of three nodes, by MBDyn"] + [
+        f"{n} of two nodes" for n in (4, 8, 16, 32)
+    ]
+    assert instants.rows[1][3] == "1.0\u00a0×\u00a010⁻⁴"
     rows = {row[0]: row[1:] for row in compared.rows}
     assert rows["MBDyn"] == ("", "", "0.406")
     assert rows["2b, modal"] == ("1.5", "1.5 (1.00\u00a0s)", "0.407")
