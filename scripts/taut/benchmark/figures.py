@@ -4,6 +4,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
@@ -40,6 +42,8 @@ ENTRANTS: dict[str, MethodStyle] = {
 }
 
 
+# Points are close whose logarithms differ by less.
+CLOSE = 0.5
 # Who is in the figures of the explicit pairs, and the problems and sizes of their panels.
 PAIRS = (
     "taut",
@@ -119,6 +123,7 @@ def work_precision(rows: Sequence[Measurement]) -> Figure:
         size = shown_size(mine)
         unit = PROBLEMS[name].unit if name in PROBLEMS else ""
         error_unit = PROBLEMS[name].error_unit if name in PROBLEMS else "m"
+        alone: list[tuple[str, Measurement]] = []
         for entrant in order(mine):
             # Errors of order one and more are no solutions.
             line = sorted(
@@ -126,17 +131,35 @@ def work_precision(rows: Sequence[Measurement]) -> Figure:
                 key=lambda row: -row.setting,
             )
             panel.plot([row.error for row in line], [1e3 * row.seconds for row in line], **look(entrant))
-            if len(line) == 1:
-                at, said = (line[0].error, 1e3 * line[0].seconds), f"{entrant}: one setting gets below 0.5 m"
-                panel.annotate(
-                    said, at, (-6, 4), textcoords="offset points", fontsize=7.5, color=GRAY, ha="right"
-                )
+            alone += [(entrant, row) for row in line if len(line) == 1]
         panel.set(xscale="log", yscale="log", xlabel=f"error at the end [{error_unit}]")
+        name_lone_points(panel, alone)
         panel.set_title(title(name) if size == 1 else f"{title(name)}: {size} {unit}")
         if panel.get_subplotspec().is_first_col():
             panel.set_ylabel("processor time [ms]")
     legend(figure, order(rows))
     return figure
+
+
+def name_lone_points(panel: Axes, alone: Sequence[tuple[str, Measurement]]) -> None:
+    """Says which entrants have one setting alone, towards the middle; close ones one above the other."""
+    low, high = np.log(panel.get_xlim())
+    for index, (entrant, row) in enumerate(alone):
+        near = [
+            other
+            for _, other in alone[:index]
+            if max(abs(np.log(other.error / row.error)), abs(np.log(other.seconds / row.seconds))) < CLOSE
+        ]
+        right = np.log(row.error) > (low + high) / 2
+        panel.annotate(
+            f"{entrant}: one setting",
+            (row.error, 1e3 * row.seconds),
+            (-6 if right else 6, 4 + 9 * len(near)),
+            textcoords="offset points",
+            fontsize=7.5,
+            color=GRAY,
+            ha="right" if right else "left",
+        )
 
 
 def strictest(rows: Sequence[Measurement], targets: Sequence[float]) -> float:

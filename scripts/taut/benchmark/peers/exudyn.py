@@ -139,7 +139,7 @@ def integrate(problem: Problem, size: int, step: float) -> Run:
     state = [system.GetNodeOutput(node, which)[:2] for which in told for node in nodes]
     count = system.sys["dynamicSolver"].it
     return Run(
-        taken, integration.numberOfSteps, count.newtonStepsCount, count.newtonJacobiCount, joined(state)
+        taken, int(integration.numberOfSteps), count.newtonStepsCount, count.newtonJacobiCount, joined(state)
     )
 
 
