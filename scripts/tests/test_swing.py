@@ -132,6 +132,7 @@ def test_the_paper_s_statements_on_results_like_taut_s(results: Results) -> None
         "beam_drift": CONDITION,
         "goes_on": CONDITION,
         "larger_violations": CONDITION,
+        "modal_counts": CONDITION,
         "fewer_steps": NO,
         "simple_counts": CONDITION,
         "axial_mode": CONDITION,
