@@ -1,8 +1,11 @@
 !> Which velocities' equations depend on which velocities and coordinates, and which of them can be tried at once.
 module taut_constrained_coupling
+   use taut_kinds, only: wp
    use taut_constrained_system, only: mechanical_system_t
    use taut_constrained_system_stiff, only: stiff_system_t
+   use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_coloring, only: color_columns
+   use taut_linalg_csr, only: csr_t
    implicit none (type, external)
    private
    public :: coupling_t
@@ -20,6 +23,7 @@ module taut_constrained_coupling
    contains
       procedure :: init
       procedure :: place
+      procedure :: add_elastic
    end type coupling_t
 
    !> A list that grows.
@@ -169,5 +173,43 @@ contains
       if (low > high) return
       if (self%column(low) == j) place = low
    end function place
+
+   !> Adds the stiffness B^T k G of elastic rows, and the damping B^T k tau G.
+   pure subroutine add_elastic(self, b, k, g, stiffness, tau, damping)
+      !> The pattern.
+      class(coupling_t), intent(in) :: self
+      !> B, along the velocities.
+      type(csr_t), intent(in) :: b
+      !> Stiffnesses of the rows.
+      type(block_diagonal_t), intent(in) :: k
+      !> How the rows change along the velocities: B, or with what it changes by itself.
+      type(csr_t), intent(in) :: g
+      !> Entries in the pattern's order, added to.
+      real(wp), intent(inout) :: stiffness(:)
+      !> Time constants of the rows [s].
+      real(wp), intent(in), optional :: tau(:)
+      !> Entries of the damping, added to; with `tau`.
+      real(wp), intent(inout), optional :: damping(:)
+      integer :: block, entry, i, j, l, m, p
+      real(wp) :: product
+
+      entry = 0
+      do block = 1, size(k%first) - 1
+         do j = k%first(block), k%first(block + 1) - 1
+            do i = k%first(block), k%first(block + 1) - 1
+               entry = entry + 1
+               if (.not. abs(k%values(entry)) > 0.0_wp) cycle
+               do m = b%first(i), b%first(i + 1) - 1
+                  do l = g%first(j), g%first(j + 1) - 1
+                     p = self%place(b%column(m), g%column(l))
+                     product = b%values(m)*k%values(entry)*g%values(l)
+                     stiffness(p) = stiffness(p) + product
+                     if (present(damping)) damping(p) = damping(p) + product*tau(j)
+                  end do
+               end do
+            end do
+         end do
+      end do
+   end subroutine add_elastic
 
 end module taut_constrained_coupling

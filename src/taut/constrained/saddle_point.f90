@@ -202,29 +202,11 @@ contains
    subroutine assemble(self)
       !> The matrix, with B in `b_here`.
       class(saddle_point_t), intent(inout) :: self
-      integer :: block, i, j, k, l, p, place
-      real(wp) :: stiffness
 
       self%k(:) = self%soft_k
       self%d(:) = self%soft_d
-      if (self%n_e == 0) return
-      place = 0
-      do block = 1, size(self%stiffness%first) - 1
-         do j = self%stiffness%first(block), self%stiffness%first(block + 1) - 1
-            do i = self%stiffness%first(block), self%stiffness%first(block + 1) - 1
-               place = place + 1
-               if (.not. abs(self%stiffness%values(place)) > 0.0_wp) cycle
-               do k = self%b_here%first(i), self%b_here%first(i + 1) - 1
-                  do l = self%b_here%first(j), self%b_here%first(j + 1) - 1
-                     p = self%coupling%place(self%b_here%column(k), self%b_here%column(l))
-                     stiffness = self%b_here%values(k)*self%stiffness%values(place)*self%b_here%values(l)
-                     self%k(p) = self%k(p) + stiffness
-                     self%d(p) = self%d(p) + stiffness*self%tau(j)
-                  end do
-               end do
-            end do
-         end do
-      end do
+      if (self%n_e > 0) &
+         call self%coupling%add_elastic(self%b_here, self%stiffness, self%b_here, self%k, self%tau, self%d)
    end subroutine assemble
 
    !> The saddle-point matrix of the second step, factorized.

@@ -94,7 +94,7 @@ contains
 
       call differentiate(self, model, at, lambda, step_of(step), self%k%values)
       self%soft = self%k%values
-      if (size(self%sigma) > 0) call add_elastic(self, self%k%values)
+      if (size(self%sigma) > 0) call self%coupling%add_elastic(self%b, self%stiffness, self%g, self%k%values)
    end subroutine find
 
    !> What other steps of the differences make of K, less K: samples of its error.
@@ -113,7 +113,7 @@ contains
 
       do i = 1, size(other_steps)
          call differentiate(self, model, at, lambda, other_steps(i)*step_of(step), self%errors(:, i), i)
-         if (size(self%sigma) > 0) call add_elastic(self, self%errors(:, i))
+         if (size(self%sigma) > 0) call self%coupling%add_elastic(self%b, self%stiffness, self%g, self%errors(:, i))
          self%errors(:, i) = self%errors(:, i) - self%k%values
       end do
    end subroutine find_errors
@@ -262,29 +262,6 @@ contains
          end do
       end do
    end subroutine scatter
-
-   !> B^T k G.
-   pure subroutine add_elastic(self, values)
-      type(tangent_t), intent(in) :: self
-      real(wp), intent(inout) :: values(:)
-      integer :: block, i, j, k, l, p, place
-
-      place = 0
-      do block = 1, size(self%stiffness%first) - 1
-         do j = self%stiffness%first(block), self%stiffness%first(block + 1) - 1
-            do i = self%stiffness%first(block), self%stiffness%first(block + 1) - 1
-               place = place + 1
-               if (.not. abs(self%stiffness%values(place)) > 0.0_wp) cycle
-               do k = self%b%first(i), self%b%first(i + 1) - 1
-                  do l = self%g%first(j), self%g%first(j + 1) - 1
-                     p = self%coupling%place(self%b%column(k), self%g%column(l))
-                     values(p) = values(p) + self%b%values(k)*self%stiffness%values(place)*self%g%values(l)
-                  end do
-               end do
-            end do
-         end do
-      end do
-   end subroutine add_elastic
 
    !> Entries of K's pattern as a full matrix along the velocities that are free.
    pure function full(self, values, free) result(k)
