@@ -129,7 +129,7 @@ def integrate(problem: Problem, size: int, step: float) -> Run:
     start = time.process_time()
     try:
         done = system.SolveDynamic(settings, solverType=exu.DynamicSolverType.GeneralizedAlpha)
-    except ValueError as error:
+    except (ValueError, exu.SolverError) as error:
         raise TautError(f"Exudyn: {error}") from error
     taken = time.process_time() - start
     if not done:
