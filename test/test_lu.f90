@@ -25,7 +25,8 @@ contains
                new_test('UMFPACK gives what bands give', umfpack_as_bands), &
                new_test('a singular matrix is named by its column', singular), &
                new_test('without UMFPACK there are bands, and a refusal where they are too wide', without_library), &
-               new_test('a copy of factors is its own', copied)]
+               new_test('a copy of factors is its own', copied), &
+               new_test('a copy of a copy that comes back has its own factors', copied_back)]
    end function collect_lu
 
    !> The pattern of a square net of m x m points, each with its neighbors, and of constraints that tie each second point of the
@@ -295,11 +296,42 @@ contains
       deallocate (lu)
       x(:) = 1.0_wp
       call copy%solve(x)
-      call check_below(failure, maxval(abs(left(copy%row, copy%column, cmplx(values_of(m, copy%row, copy%column), 0.0_wp, wp), &
-                                                 cmplx(x, 0.0_wp, wp), cmplx(0.0_wp*x + 1.0_wp, 0.0_wp, wp)))), 1.0e-12_wp, &
-                       'what is left by the copy')
+      call check_below(failure, left_of_ones(copy, x), 1.0e-12_wp, 'what is left by the copy')
       call solve_both(copy, m, x, z, residual, failure)
       call check_below(failure, residual, 1.0e-12_wp, 'what is left by its own factors')
    end subroutine copied
+
+   !> A copy of a copy may come to lie where the first owner was, whose factors are freed.
+   subroutine copied_back(failure)
+      character(:), allocatable, intent(inout) :: failure
+      integer, parameter :: m = 10
+      type(umfpack_lu_t), allocatable :: lu, copy
+      real(wp), allocatable :: x(:)
+      complex(wp), allocatable :: z(:)
+      real(wp) :: residual
+      logical :: found
+
+      allocate (lu)
+      call try_umfpack(m, lu, found)
+      if (.not. found) return
+      allocate (x(lu%n), z(lu%n))
+      call solve_both(lu, m, x, z, residual, failure)
+      copy = lu
+      deallocate (lu)
+      allocate (lu, source=copy)
+      x(:) = 1.0_wp
+      call lu%solve(x)
+      call check_below(failure, left_of_ones(lu, x), 1.0e-12_wp, 'what is left')
+   end subroutine copied_back
+
+   !> What a solution of the net's real matrix and a right-hand side of ones leaves.
+   real(wp) function left_of_ones(lu, x)
+      class(lu_t), intent(in) :: lu
+      real(wp), intent(in) :: x(:)
+      integer, parameter :: m = 10
+
+      left_of_ones = maxval(abs(left(lu%row, lu%column, cmplx(values_of(m, lu%row, lu%column), 0.0_wp, wp), &
+                                     cmplx(x, 0.0_wp, wp), cmplx(0.0_wp*x + 1.0_wp, 0.0_wp, wp))))
+   end function left_of_ones
 
 end module test_lu

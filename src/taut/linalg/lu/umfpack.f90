@@ -18,6 +18,12 @@ module taut_linalg_lu_umfpack
    !> A x = b.
    integer(c_int), parameter :: as_it_is = 0
 
+   !> Whose what the library keeps is. It outlives its owner, for copies of that point to it too: a few bytes.
+   type :: ownership_t
+      !> Where the owner is; 0 where it is no more.
+      integer(c_intptr_t) :: owner = 0
+   end type ownership_t
+
    !> The pattern by columns, the values, and what the library has made of them.
    type, extends(lu_t) :: umfpack_lu_t
       !> Whether the library was found and has taken the pattern: else nothing here is of use.
@@ -30,10 +36,9 @@ module taut_linalg_lu_umfpack
       real(wp), allocatable, private :: real_values(:), real_b(:), real_work(:)
       complex(wp), allocatable, private :: complex_values(:), complex_b(:)
       integer(c_int), allocatable, private :: places(:)
-      !> What the library keeps, of the real and of the complex matrix; it belongs to the object at this address, and not to its
-      !! copies.
+      !> What the library keeps, of the real and of the complex matrix; it belongs to one object, and not to its copies.
       type(c_ptr), private :: analysis(2) = c_null_ptr, factors(2) = c_null_ptr
-      integer(c_intptr_t), private :: owner = 0
+      type(ownership_t), pointer, private :: ownership => null()
    contains
       procedure :: init
       procedure :: work
@@ -74,7 +79,8 @@ contains
       type(umfpack_lu_t), intent(inout) :: self
       real(wp) :: info(info_size)
 
-      self%owner = address_of(self)
+      allocate (self%ownership)
+      self%ownership%owner = address_of(self)
       self%ready = self%library%analyze_real(self%n, self%n, self%first, self%row_of, c_null_ptr, self%analysis(1), self%control, &
                                              info) == umfpack_ok
       if (.not. self%ready) return
@@ -95,13 +101,21 @@ contains
       address = transfer(c_loc(self%n), address)
    end function address_of
 
+   !> Whether what the library keeps is this object's. An address alone does not tell: a copy may be where the owner has been.
+   logical function is_owner(self)
+      type(umfpack_lu_t), intent(in) :: self
+
+      is_owner = associated(self%ownership)
+      if (is_owner) is_owner = self%ownership%owner == address_of(self)
+   end function is_owner
+
    !> A copy has nothing of the library's yet: it gets its own, of the values that it has.
    subroutine own(self)
       type(umfpack_lu_t), intent(inout) :: self
       logical :: had(2)
       integer :: info
 
-      if (self%owner == address_of(self)) return
+      if (is_owner(self)) return
       had = [c_associated(self%factors(1)), c_associated(self%factors(2))]
       self%analysis(:) = c_null_ptr
       self%factors(:) = c_null_ptr
@@ -323,7 +337,8 @@ contains
       !> The factors.
       type(umfpack_lu_t), intent(inout) :: self
 
-      if (self%owner /= address_of(self)) return
+      if (.not. is_owner(self)) return
+      self%ownership%owner = 0
       if (c_associated(self%factors(1))) call self%library%free_factors_real(self%factors(1))
       if (c_associated(self%factors(2))) call self%library%free_factors_complex(self%factors(2))
       if (c_associated(self%analysis(1))) call self%library%free_analysis_real(self%analysis(1))
