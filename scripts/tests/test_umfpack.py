@@ -66,6 +66,35 @@ def ran(folder: Path, libraries: str) -> list[list[float]]:
         return [[float(value) for value in row] for row in list(csv.reader(file))[1:]]
 
 
+def test_without_it_a_band_that_is_too_wide_is_refused(tmp_path: Path) -> None:
+    for name in NAMES:
+        (tmp_path / name).write_text("no library\n", encoding="utf-8")
+    # All on springs to one: whatever the order, the band is wide.
+    number = 12_000
+    (tmp_path / "star.nml").write_text(
+        f"""&mechanism planar = .true. /
+&point_mass name = "hub", mass = 1.0, position = 0.0, 0.0 /
+&point_mass name = "p#", mass = 1.0, position = 1.0, 0.0, position_step = 0.1, 0.0, repeat = {number} /
+&spring name = "s#", body_1 = "hub", body_2 = "p#", {K}, repeat = {number} /
+&integration t_end = 0.02, rtol = 1e-4, atol = 1e-6, integrator = "radau" /
+&output dt = 0.01, columns = "hub.*" /
+""",
+        encoding="utf-8",
+    )
+    run = subprocess.run(
+        [release("mechanism"), "star.nml", "--quiet"],
+        cwd=tmp_path,
+        env=os.environ | {"LD_LIBRARY_PATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert run.returncode == 1
+    assert run.stderr.startswith("star present: integration: the factors of 24002 equations")
+    assert "libumfpack" in run.stderr
+
+
 def test_a_wide_net_moves_as_it_does_by_bands(tmp_path: Path) -> None:
     need_umfpack()
     for name in NAMES:

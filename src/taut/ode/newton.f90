@@ -395,7 +395,6 @@ contains
       !> Signs may fall worse than those that were drawn, by so much.
       real(wp), parameter :: luck = 2.0_wp
 
-
       converged = change <= min(luck*of_round_off, self%most_round_off)
       self%doubtful = converged .and. change > 1.0_wp
       if (.not. converged) return

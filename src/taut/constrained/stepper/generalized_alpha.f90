@@ -40,7 +40,7 @@ module taut_constrained_stepper_generalized_alpha
       !> {vdot; wdot} at the step's start and end; a there, for the step that `h_old` says; algebraic unknowns at the end.
       real(wp), allocatable :: rate(:), rate_new(:), a(:), a_new(:), a_now(:), z_new(:)
       !> d, and its formal derivative.
-      real(wp), allocatable :: d(:), d_rate(:), correction(:)
+      real(wp), allocatable :: d(:), d_rate(:), correction(:), last_correction(:)
       !> Where the system is looked at.
       type(state_t) :: at
       real(wp), allocatable :: y(:), r(:), error(:, :)
@@ -90,8 +90,8 @@ contains
       integer, intent(in) :: n
 
       self%n = n
-      allocate (self%y(n), self%ydot(n), self%error(n, 1), self%y_start(n), self%y_end(n), self%ydot_start(n), self%ydot_end(n), &
-                source=0.0_wp)
+      allocate (self%y(n), self%ydot(n), self%error(n, 1), self%last_correction(n), self%y_start(n), self%y_end(n), &
+                self%ydot_start(n), self%ydot_end(n), source=0.0_wp)
    end subroutine init
 
    !> Takes the equations of a system; nothing is allocated afterwards.
@@ -277,7 +277,7 @@ contains
       logical, intent(out) :: converged
       integer, intent(out) :: info
       logical :: hopes
-      real(wp) :: of_velocities
+      real(wp) :: change, of_velocities
 
       ! vdot_new and v_new move together: (1 - alpha_m)/((1 - alpha_f) gamma h).
       of_velocities = (1.0_wp - self%alpha_m)/((1.0_wp - self%alpha_f)*self%gamma*h)
@@ -301,10 +301,27 @@ contains
          self%z_new(:) = self%z_new + real(self%r_complex(self%n + 1:), wp)
          call move(self, ode, t_new, y)
          call ode%weigh_error(h, self%error(:, 1))
-         call self%newton%judge(control%norm(self%error(:, 1), y, self%y), converged, hopes)
-         if (converged) call advance_a(self)
-         if (converged .or. .not. hopes) return
+         change = control%norm(self%error(:, 1), y, self%y)
+         call self%newton%judge(change, converged, hopes)
+         if (converged .or. .not. hopes) exit
       end do
+      if (.not. converged) call compare_with_round_off
+      if (converged) call advance_a(self)
+
+   contains
+
+      !> Whether round-off lets the iteration come no further; the last correction is kept to tell by.
+      subroutine compare_with_round_off
+         self%last_correction(:) = self%error(:, 1)
+         call self%newton%draw_round_off(1, self%y, self%ydot, self%z_new, self%r)
+         self%r_complex(:) = self%r
+         call self%newton%equations%solve(ode, 1, self%r_complex)
+         self%error(:, 1) = real(self%r_complex(:self%n), wp)
+         call ode%weigh_error(h, self%error(:, 1))
+         call self%newton%judge_round_off(change, control%norm(self%error(:, 1), y, self%y), converged)
+         self%error(:, 1) = self%last_correction
+      end subroutine compare_with_round_off
+
    end subroutine iterate
 
    !> The error of a step, and the length of the next.
