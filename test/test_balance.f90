@@ -253,7 +253,7 @@ contains
          call simulate(pair(), at, 2.0_wp, result, error, options=options, observer=watcher)
          call no_error(failure, error)
          call check(failure, watcher%balance%drift > 5.0_wp, trim(names(i))//': work is done')
-         call check(failure, watcher%worst < merge(1.0e-3_wp, 2.0e-6_wp, i == 4), &
+         call check(failure, watcher%worst < merge(1.0e-4_wp, 1.0e-6_wp, i == 4), &
                     trim(names(i))//': at every point it is what the energy gains')
          call watcher%balance%remark(options, result, 0.0_wp, text)
          call check(failure, text == '', trim(names(i))//': nothing to remark')
@@ -279,7 +279,7 @@ contains
          call simulate(system, at, 1.0_wp, result, error, options=options, observer=watcher)
          call no_error(failure, error)
          ! Of some 60 J that go to and fro.
-         call check_close(failure, watcher%balance%off(), 0.0_wp, 5.0e-3_wp, trim(names(i))//': work is what the energy gains')
+         call check_close(failure, watcher%balance%off(), 0.0_wp, 5.0e-5_wp, trim(names(i))//': work is what the energy gains')
       end do
    end subroutine given
 

@@ -51,6 +51,7 @@ module taut_constrained_implicit
    contains
       procedure :: init
       procedure :: residual
+      procedure :: find_integrand
       procedure :: linearize
       procedure :: refresh
       procedure :: settle
@@ -138,11 +139,7 @@ contains
       n_y = self%n
       c = self%c
       associate (at => self%stage)
-         at%t = min(max(t, ode%t_low), ode%t_high)
-         at%x(:) = y(:n_x)
-         at%v(:) = y(n_x + 1:n_x + n)
-         at%w(:) = y(n_x + n + 1:n_y)
-         call self%model%normalize(at%x)
+         call take(self, ode, t, y)
          call momentum(self, at, ydot(n_x + 1:n_x + n), z)
          r(n_x + 1:n_x + n) = self%balance
          ! W is that of the linearization: mu vanishes in the limit, whatever its metric.
@@ -169,19 +166,42 @@ contains
          end if
       end associate
       info = merge(rhs_ok, rhs_retry, all(ieee_is_finite(r)))
-      if (info == rhs_ok .and. ode%has_integral) call find_power(self, ode, self%stage, z)
    end subroutine residual
 
-   !> Power of what changes the energy, with b' in place.
-   subroutine find_power(self, ode, at, z)
-      type(implicit_form_t), intent(in) :: self
+   !> The state of a stage.
+   subroutine take(self, ode, t, y)
+      type(implicit_form_t), intent(inout) :: self
+      class(ode_system_t), intent(in) :: ode
+      real(wp), intent(in) :: t
+      real(wp), intent(in), contiguous :: y(:)
+
+      self%stage%t = min(max(t, ode%t_low), ode%t_high)
+      self%stage%x(:) = y(:self%n_x)
+      self%stage%v(:) = y(self%n_x + 1:self%n_x + self%n_v)
+      self%stage%w(:) = y(self%n_x + self%n_v + 1:self%n)
+      call self%model%normalize(self%stage%x)
+   end subroutine take
+
+   !> The power of what changes the energy.
+   subroutine find_integrand(self, ode, t, y, z)
+      !> The form.
+      class(implicit_form_t), intent(inout) :: self
+      !> The system in ODE form.
       class(ode_system_t), intent(inout) :: ode
-      type(state_t), intent(in) :: at
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State {x; v; w}: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> {lambda; mu; sigma}: (n_z).
       real(wp), intent(in), contiguous :: z(:)
 
-      ode%integrand = self%model%power(at) - dot_product(z(:self%c), self%b_prime)
-      if (self%model%reactive) ode%integrand = ode%integrand + power_of_reactions(self%model, at, z(:self%c))
-   end subroutine find_power
+      call take(self, ode, t, y)
+      associate (at => self%stage, lambda => z(:self%c))
+         if (self%c > 0) call self%model%velocity_rhs(at, self%b_prime)
+         ode%integrand = self%model%power(at) - dot_product(lambda, self%b_prime)
+         if (self%model%reactive) ode%integrand = ode%integrand + power_of_reactions(self%model, at, lambda)
+      end associate
+   end subroutine find_integrand
 
    !> The balance M vdot - f_s + B^T sigma + A^T lambda at a state, with A in `a`, B in `b` and the strains in `strain`.
    subroutine momentum(self, at, vdot, z)
@@ -638,10 +658,7 @@ contains
          if (info /= rhs_ok) return
       end if
       if (self%n_w > 0) call self%model%w_rate(self%at, ydot(n_x + n + 1:))
-      if (ode%has_integral) then
-         call self%model%velocity_rhs(self%at, self%b_prime)
-         call find_power(self, ode, self%at, z)
-      end if
+      if (ode%has_integral) call self%find_integrand(ode, t, y, z)
       info = merge(rhs_ok, rhs_retry, all(ieee_is_finite(ydot)) .and. all(ieee_is_finite(z)))
    end subroutine start
 

@@ -22,6 +22,7 @@ module taut_ode_stage_equations
       procedure :: init
       procedure :: start
       procedure :: residual
+      procedure :: find_integrand
       procedure :: linearize
       procedure :: factorize
       procedure :: solve
@@ -96,6 +97,26 @@ contains
       associate (unused_z => z)
       end associate
    end subroutine residual
+
+   !> What the right-hand side finds.
+   subroutine find_integrand(self, ode, t, y, z)
+      !> The equations.
+      class(plain_equations_t), intent(inout) :: self
+      !> The system.
+      class(ode_system_t), intent(inout) :: ode
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> There are none: (0).
+      real(wp), intent(in), contiguous :: z(:)
+      integer :: info
+
+      self%evaluations = self%evaluations + 1
+      call ode%rhs(t, y, self%f, info)
+      associate (unused_z => z)
+      end associate
+   end subroutine find_integrand
 
    !> df/dy.
    subroutine linearize(self, ode, t, h, y, ydot, z, info)

@@ -99,6 +99,7 @@ module taut_ode_system
    contains
       procedure(start_equations), deferred :: start
       procedure(residual_of_stage), deferred :: residual
+      procedure(integrand_of_stage), deferred :: find_integrand
       procedure(linearize_equations), deferred :: linearize
       procedure :: refresh => nothing_to_refresh
       procedure(factorize_equations), deferred :: factorize
@@ -156,6 +157,22 @@ module taut_ode_system
          !> One of the `rhs_` constants.
          integer, intent(out) :: info
       end subroutine residual_of_stage
+
+      !> The integrand where a state solves the equations, for systems that have an integral.
+      subroutine integrand_of_stage(self, ode, t, y, z)
+         import :: ode_system_t, stage_equations_t, wp
+         implicit none (type, external)
+         !> The equations.
+         class(stage_equations_t), intent(inout) :: self
+         !> The system; its integrand stays what it was where there is none.
+         class(ode_system_t), intent(inout) :: ode
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State: (n).
+         real(wp), intent(in), contiguous :: y(:)
+         !> Algebraic unknowns: (n_z).
+         real(wp), intent(in), contiguous :: z(:)
+      end subroutine integrand_of_stage
 
       !> The derivatives of g at a state.
       subroutine linearize_equations(self, ode, t, h, y, ydot, z, info)

@@ -166,7 +166,6 @@ contains
       !> `rhs_ok`, or why there is no new state.
       integer, intent(out) :: info
       logical :: again, converged, stale
-      real(wp) :: integrand
 
       accepted = .false.
       h_next = h
@@ -186,7 +185,6 @@ contains
             return
          end if
          call iterate(self, ode, control, t_new, y, h, converged, info)
-         integrand = ode%integrand
          call self%newton%count(self%work)
          if (converged) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
@@ -209,7 +207,12 @@ contains
       self%h_try = h
       ! The trapezoidal rule is of the method's order.
       self%integrand_before = self%integrand_behind
-      self%integrand_behind = integrand
+      if (ode%has_integral) then
+         ! Behind the last correction: what the residual was computed with is off by that.
+         call self%newton%equations%find_integrand(ode, t_new, self%y, self%z_new)
+         self%integrand_behind = ode%integrand
+         call self%newton%count(self%work)
+      end if
       self%gain = 0.5_wp*h*(self%integrand_before + self%integrand_behind)
       self%gain_error = abs(h*(self%integrand_behind - self%integrand_before))/6.0_wp
       associate (unused_start => t)

@@ -203,6 +203,15 @@ contains
       end if
       self%shift(:) = y_new - self%state
       self%h_try = h
+      ! Behind the last correction: what the residual was computed with is off by that.
+      if (ode%has_integral) then
+         do i = 1, 3
+            call at_stage(self, y, h, i)
+            call self%newton%equations%find_integrand(ode, merge(t_new, t + c(i)*h, i == 3), self%state, self%z_stage(:, i))
+            self%integrand(i) = ode%integrand
+         end do
+         call self%newton%count(self%work)
+      end if
       self%gain = h*dot_product(b, self%integrand)
       self%gain_error = abs(self%gain - h*(self%integrand_behind*b_low(1) + dot_product(b_low(2:), self%integrand(:2))))
       self%integrand_before = self%integrand_behind
@@ -363,7 +372,6 @@ contains
             call self%newton%equations%residual(ode, merge(t_new, t + c(i)*h, i == 3), self%state, self%rate, self%z_stage(:, i), &
                                          self%r(:, i), info)
             if (info /= rhs_ok) return
-            self%integrand(i) = ode%integrand
          end do
          call correct(self, ode, control, y, h, 1.0_wp, change)
          call self%newton%judge(change, converged, hopes)
