@@ -64,6 +64,7 @@ program tester
    use test_variants, only: collect_variants
    use test_textbook, only: collect_textbook
    use test_verify, only: collect_verify
+   use test_welds, only: collect_welds
    use test_normal_solver, only: collect_normal_solver
    use test_rotation, only: collect_rotation
    use test_beam, only: collect_beam
@@ -129,6 +130,7 @@ program tester
    call run_suite('swing', collect_swing(), trim(only), outcome)
    call run_suite('textbook', collect_textbook(), trim(only), outcome)
    call run_suite('verify', collect_verify(), trim(only), outcome)
+   call run_suite('welds', collect_welds(), trim(only), outcome)
    call run_suite('faults', collect_faults(), trim(only), outcome)
    call run_suite('case', collect_case(), trim(only), outcome)
    call run_suite('extremes', collect_extremes(), trim(only), outcome)

@@ -255,8 +255,9 @@ contains
                            [character(len=17) :: 'none', 'position', 'position-velocity'])
          call entries%item('form', m%form, 'present: what is corrected, Sect. 3.5 (h) or (g)', &
                            [character(len=12) :: 'acceleration', 'force'])
-         call entries%item('reduce', m%reduce, 'present with an explicit integrator: compute what turns about a fixed point by '// &
-                           'its angle alone; motion, columns and reactions are the same; mu of the rows that fall away is 0')
+         call entries%item('reduce', m%reduce, 'present with an explicit integrator: compute bodies that are welded together '// &
+                           'as one, and what turns about a fixed point by its angle alone; motion, columns and reactions are '// &
+                           'the same; mu of the rows that fall away is 0')
          call entries%item('independent', m%independent, 'minimal-coordinates: independent velocities along a basis of the '// &
                            'null space of A or single ones, chosen anew where they no longer fit; "constant": never', &
                            [character(len=12) :: 'null-space', 'partitioning', 'constant'])

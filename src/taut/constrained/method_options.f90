@@ -41,8 +41,8 @@ module taut_constrained_method_options
       !> `present`: constraints corrected in `acceleration` form, Sect. 3.5 (h), or in `force` form, (g) and Eq. (19b).
       character(len=16) :: form = 'acceleration'
       !> `present` with an explicit integrator: whether a system may leave out what follows from the rest of it by itself, such as
-      !! the center of what turns about a fixed point. The motion and all that is told of it are the same; what is left is projected
-      !! by its own mass, whatever `weight` says.
+      !! the center of what turns about a fixed point, or a body that is welded to another one. The motion and all that is told
+      !! of it are the same; what is left is projected by its own mass, whatever `weight` says.
       logical :: reduce = .true.
       !> `minimal-coordinates`: velocities along an orthonormal basis of the `null-space` of A, chosen anew where it no longer
       !! fits; or single ones by `partitioning`, switched where their pivots ask for others; or a basis that stays `constant`.

@@ -100,7 +100,7 @@ module taut_model_mechanism
    contains
       procedure :: complete
       procedure :: reduce
-      procedure :: pins_of
+      procedure :: find_parts
       procedure :: start_state
       procedure :: pose_of
       procedure :: angle_of
@@ -160,21 +160,28 @@ module taut_model_mechanism
 
    ! What moves of it.
    interface
-      !> The same mechanism with bodies that turn about a point of the ground, in the plane; of an extension nothing is known.
+      !> The same mechanism with bodies that are welded together as one, and in the plane with what turns about a point of the
+      !! ground by its angle alone; of an extension nothing is known.
       module subroutine reduce(self, reduction)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
-         !> The smaller one; not allocated if no body does.
+         !> The smaller one; not allocated if nothing falls away.
          class(reduction_t), allocatable, intent(out) :: reduction
       end subroutine reduce
 
-      !> The joint by which each body turns about a point of the ground.
-      pure module function pins_of(self) result(joint)
+      !> Which bodies move together, and what turns about a point of the ground.
+      module subroutine find_parts(self, root, weld, pin, followers)
          !> The mechanism.
          class(mechanism_t), intent(in) :: self
-         !> Its number; 0: the body does not: (bodies).
-         integer :: joint(size(self%bodies))
-      end function pins_of
+         !> The body with which each moves: itself, or one to which it is welded; 0: it is welded to the ground: (bodies).
+         integer, intent(out) :: root(:)
+         !> The joint that welds each to the one before it; 0: its coordinates are those of what moves with it: (bodies).
+         integer, intent(out) :: weld(:)
+         !> The joint by which it turns about a point of the ground, with all that moves with it; 0: it does not: (bodies).
+         integer, intent(out) :: pin(:)
+         !> Those that are welded, each behind the one to which it is.
+         integer, allocatable, intent(out) :: followers(:)
+      end subroutine find_parts
    end interface
 
    ! Where its bodies are.

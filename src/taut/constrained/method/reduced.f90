@@ -25,6 +25,8 @@ module taut_constrained_method_reduced
       type(present_t), private :: core
       !> Its state, a derivative or an error of it: (size of its y).
       real(wp), allocatable, private :: y(:), dy(:)
+      !> The state of the whole system of which `y` is that of the smaller one, to the last digit: (size).
+      real(wp), allocatable, private :: whole_y(:)
       !> Where the entries of its y are in y.
       integer, allocatable, private :: place(:)
    contains
@@ -85,6 +87,7 @@ contains
       deallocate (self%reduction%system)
       self%place = [self%reduction%x, self%model%n_x + self%reduction%v]
       allocate (self%y(size(self%place)), self%dy(size(self%place)), source=0.0_wp)
+      allocate (self%whole_y(self%size()), source=huge(1.0_wp))
    end subroutine set_up
 
    !> Gets both ready for a motion.
@@ -99,6 +102,7 @@ contains
       small%t = at%t
       small%x = at%x(self%reduction%x)
       small%v = at%v(self%reduction%v)
+      call self%reduction%narrow(small%x, small%v)
       allocate (small%w(0))
       call self%core%begin(small)
    end subroutine begin
@@ -116,7 +120,7 @@ contains
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
 
-      call narrow(self, y, self%y)
+      call take_state(self, y)
       call look_where_it_looks(self)
       call self%core%rhs(t, self%y, self%dy, info)
       if (info /= rhs_ok) return
@@ -144,7 +148,7 @@ contains
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
 
-      call narrow(self, y, self%y)
+      call take_state(self, y)
       call look_where_it_looks(self)
       call self%core%project(t, self%y, place, stale, info)
       self%projector%newton%iterations = self%core%projector%newton%iterations
@@ -153,6 +157,7 @@ contains
       associate (n_x => self%model%n_x)
          call self%reduction%widen(self%core%at, y(:n_x), y(n_x + 1:))
       end associate
+      self%whole_y(:) = y
       if (place == inside_step) return
       self%step_end%phi = self%core%step_end%phi
       self%step_end%phidot = self%core%step_end%phidot
@@ -167,7 +172,10 @@ contains
       !> Estimate of the local error: (size).
       real(wp), intent(inout), contiguous :: error(:)
 
-      call narrow(self, error, self%dy)
+      call take(self, error, self%dy)
+      associate (n_x => self%core%model%n_x)
+         call self%reduction%narrow_change(self%core%at, self%dy(:n_x), self%dy(n_x + 1:))
+      end associate
       call self%core%filter_error(self%dy)
       call put_back(self, self%dy, error)
       associate (n_x => self%model%n_x)
@@ -203,7 +211,7 @@ contains
       !> False: it stays.
       logical, intent(out) :: replaced
 
-      call narrow(self, y, self%y)
+      call take_state(self, y)
       call look_where_it_looks(self)
       call self%core%accepted(t, self%y, replaced)
    end subroutine accepted
@@ -307,8 +315,25 @@ contains
       self%core%has_integral = self%has_integral
    end subroutine look_where_it_looks
 
+   !> The state of the smaller system, which is known of a state that it has left: what it is from there on has another last digit.
+   pure subroutine take_state(self, y)
+      type(reduced_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: y(:)
+      integer :: i
+
+      do i = 1, size(y)
+         if (.not. abs(y(i) - self%whole_y(i)) <= 0.0_wp) exit
+      end do
+      if (i > size(y)) return
+      self%whole_y(:) = y
+      call take(self, y, self%y)
+      associate (n_x => self%core%model%n_x)
+         call self%reduction%narrow(self%y(:n_x), self%y(n_x + 1:))
+      end associate
+   end subroutine take_state
+
    !> The entries of the smaller system.
-   pure subroutine narrow(self, y, small)
+   pure subroutine take(self, y, small)
       type(reduced_t), intent(in) :: self
       real(wp), intent(in), contiguous :: y(:)
       real(wp), intent(inout), contiguous :: small(:)
@@ -317,7 +342,7 @@ contains
       do i = 1, size(small)
          small(i) = y(self%place(i))
       end do
-   end subroutine narrow
+   end subroutine take
 
    !> Puts them where they were taken from.
    pure subroutine put_back(self, small, y)

@@ -8,14 +8,18 @@ module taut_constrained_system_reducible
    public :: reducible_system_t, reduction_t
 
    !> The smaller system, and how the state of the whole one follows from its state. Its coordinates, velocities and constraints are
-   !! some of those of the whole system, with the same multipliers; the other coordinates and velocities follow, and the other
-   !! constraints are met by that. It has no states that are not mechanics.
+   !! some of those of the whole system, the constraints with the same multipliers; the other coordinates and velocities follow,
+   !! and the other constraints are met by that. Where one of its coordinates is not that of the whole system by itself, such as the
+   !! center of bodies that are welded together, `narrow` finds it and `widen` replaces it too. It has no states that are not
+   !! mechanics.
    type, abstract :: reduction_t
       !> The smaller system.
       class(mechanical_system_t), allocatable :: system
       !> Which coordinates, velocities and constraints of the whole system those of the smaller one are.
       integer, allocatable :: x(:), v(:), row(:)
    contains
+      procedure :: narrow => keep_state
+      procedure :: narrow_change => keep_change
       procedure(follow_state), deferred :: widen
       procedure(follow_rate), deferred :: widen_rate
       procedure(follow_change), deferred :: widen_change
@@ -72,6 +76,34 @@ module taut_constrained_system_reducible
    end interface
 
 contains
+
+   !> The default: coordinates and velocities are those of the whole system.
+   pure subroutine keep_state(self, x, v)
+      !> The reduction.
+      class(reduction_t), intent(in) :: self
+      !> Coordinates of the smaller system, as they were taken from the whole one: (its n_x).
+      real(wp), intent(inout) :: x(:)
+      !> Velocities, likewise: (its n).
+      real(wp), intent(inout) :: v(:)
+
+      associate (unused_reduction => self, unused_x => x, unused_v => v)
+      end associate
+   end subroutine keep_state
+
+   !> The default: so are their small changes.
+   pure subroutine keep_change(self, small, dx, dv)
+      !> The reduction.
+      class(reduction_t), intent(in) :: self
+      !> State of the smaller system.
+      type(state_t), intent(in) :: small
+      !> Changes of its coordinates, as they were taken from the whole system: (its n_x).
+      real(wp), intent(inout) :: dx(:)
+      !> Changes of its velocities, likewise: (its n).
+      real(wp), intent(inout) :: dv(:)
+
+      associate (unused_reduction => self, unused_state => small, unused_dx => dx, unused_dv => dv)
+      end associate
+   end subroutine keep_change
 
    !> The default: there is no smaller system.
    subroutine nothing_to_reduce(self, reduction)

@@ -7,7 +7,7 @@ module taut_model_mechanism_report
    use taut_constrained_system, only: state_t
    use taut_constrained_system_tables, only: quantity_t
    use taut_model_mechanism, only: mechanism_t
-   use taut_model_mechanism_body, only: pose_t
+   use taut_model_mechanism_body, only: pose_t, velocities_of_kind
    use taut_model_mechanism_redundancy, only: components, find_redundancy, names_of, redundancy_t
    use taut_rotation, only: log_rotation
    implicit none (type, external)
@@ -47,7 +47,7 @@ contains
       character(:), allocatable :: line
       real(wp) :: moved, turned
       type(quantity_t), allocatable :: list(:)
-      integer :: i, k, number, rank, redundant
+      integer :: constraints, i, k, number, rank, redundant, velocities
 
       call find_redundancy(model, assembled, found)
       rank = found%rank
@@ -57,7 +57,7 @@ contains
       report%involved = found%involved
       redundant = model%c - rank
       ! Room for all that there can be: lists that grow one by one take the square of the time.
-      allocate (list(8 + (2 + size(components))*size(model%joints) + 2*size(model%bodies)))
+      allocate (list(10 + (2 + size(components))*size(model%joints) + 2*size(model%bodies)))
       number = 0
       model%remark = ''
       call add('bodies', real(size(model%bodies), wp), '1')
@@ -70,7 +70,12 @@ contains
                     trim(counted(size(model%joints), 'joint', 'joints'))//': '// &
                     to_text(model%n)//' velocities, '//trim(counted(model%c, 'constraint', 'constraints'))//' of rank '// &
                     to_text(rank)//', '//trim(counted(report%freedoms, 'degree', 'degrees'))//' of freedom'//nl
-      call tell_pins(model, report%text)
+      call find_computed(model, velocities, constraints, line)
+      if (allocated(line)) then
+         call add('computed_velocities', real(velocities, wp), '1')
+         call add('computed_constraints', real(constraints, wp), '1')
+         report%text = report%text//line
+      end if
       if (redundant > 0) then
          line = ''
          do i = 1, size(model%joints)
@@ -142,30 +147,59 @@ contains
    end subroutine report_start
 
    !> What explicit integrators need not compute.
-   subroutine tell_pins(model, text)
+   subroutine find_computed(model, velocities, constraints, text)
       type(mechanism_t), intent(in) :: model
-      character(:), allocatable, intent(inout) :: text
+      !> How many they compute.
+      integer, intent(out) :: velocities, constraints
+      !> Why not all; not allocated if they do.
+      character(:), allocatable, intent(out) :: text
       !> So many are told by their names.
       integer, parameter :: most = 6
-      integer :: b, pin(size(model%bodies)), told
+      integer :: b, i, pin(size(model%bodies)), root(0:size(model%bodies)), told, total, weld(size(model%bodies))
+      integer, allocatable :: followers(:)
 
-      pin = model%pins_of()
-      if (all(pin == 0)) return
-      told = 0
-      text = text//'with an explicit integrator '//trim(counted(model%n - 2*count(pin > 0), 'velocity', 'velocities'))//' and '// &
-             trim(counted(model%c - 2*count(pin > 0), 'constraint', 'constraints'))//' are computed, the rest follows:'
-      do b = 1, size(pin)
-         if (pin(b) == 0) cycle
-         told = told + 1
-         if (told > most) then
-            text = text//' and '//to_text(count(pin > 0) - most)//' more turn about the ground'//nl
-            return
-         end if
-         if (told > 1) text = text//','
-         text = text//' '//model%bodies(b)%name//' turns about '//model%joints(pin(b))%name
+      velocities = model%n
+      constraints = model%c
+      root(0) = 0
+      call model%find_parts(root(1:), weld, pin, followers)
+      total = size(followers) + count(pin > 0)
+      if (total == 0 .or. all(root == 0)) return
+      do i = 1, size(model%joints)
+         associate (it => model%joints(i))
+            if (root(it%body_1) == root(it%body_2)) &
+               constraints = constraints - (it%last - it%first + 1) - (it%last_rate - it%first_rate + 1)
+         end associate
       end do
-      text = text//nl
-   end subroutine tell_pins
+      told = 0
+      text = ''
+      do b = 1, size(pin)
+         if (weld(b) > 0) then
+            velocities = velocities - velocities_of_kind(model%bodies(b)%kind)
+            if (root(b) > 0) call tell(' moves with '//model%bodies(root(b))%name)
+            if (root(b) == 0) call tell(' stands still')
+         else if (pin(b) > 0) then
+            velocities = velocities - 2
+            constraints = constraints - 2
+            call tell(' turns about '//model%joints(pin(b))%name)
+         end if
+      end do
+      if (total > most) text = text//' and '//to_text(total - most)//' more'
+      text = 'with an explicit integrator '//trim(counted(velocities, 'velocity', 'velocities'))//' and '// &
+             trim(counted(constraints, 'constraint', 'constraints'))//' are computed, the rest follows:'//text//nl
+
+   contains
+
+      !> One body.
+      subroutine tell(what)
+         character(*), intent(in) :: what
+
+         told = told + 1
+         if (told > most) return
+         if (told > 1) text = text//','
+         text = text//' '//model%bodies(b)%name//what
+      end subroutine tell
+
+   end subroutine find_computed
 
    !> A name in one word.
    pure function underscored(name) result(word)
