@@ -49,7 +49,8 @@ contains
 
    subroutine counter_counts(failure)
       character(:), allocatable, intent(inout) :: failure
-      real(wp), allocatable :: some(:)
+      ! Volatile: else the compiler may do without it.
+      real(wp), allocatable, volatile :: some(:)
       integer(int64) :: before
 
       before = allocations

@@ -221,13 +221,25 @@ contains
    pure subroutine gradient_rate(l, dx, v_1, v_2, r, gradient, rate)
       real(wp), intent(in) :: l, dx(3), v_1(6), v_2(6), r(3, 3), gradient(6)
       real(wp), intent(out) :: rate(6)
-      real(wp) :: half(3), theta_rate(3), theta(3), w(3)
+      real(wp) :: half(3), theta_rate(3), theta(3), w(3), difference(3), along(3), strained(3), tangent(3, 3)
+      integer :: i
 
       theta = l*gradient(4:6)
       half = turned(-0.5_wp*theta, v_1(4:6))
-      theta_rate = matmul(right_tangent_inverse(theta), v_2(4:6) - turned(-0.5_wp*theta, half))
-      w = half + 0.5_wp*matmul(right_tangent(0.5_wp*theta), theta_rate)
-      rate(1:3) = matmul(transpose(r), v_2(1:3) - v_1(1:3))/l - cross(w, matmul(transpose(r), dx))/l
+      ! One product at a time: gfortran keeps what is inside of several on the heap where it optimizes.
+      difference = v_2(4:6) - turned(-0.5_wp*theta, half)
+      tangent = right_tangent_inverse(theta)
+      theta_rate = matmul(tangent, difference)
+      tangent = right_tangent(0.5_wp*theta)
+      w = matmul(tangent, theta_rate)
+      w = half + 0.5_wp*w
+      difference = (v_2(1:3) - v_1(1:3))/l
+      along = dx/l
+      do i = 1, 3
+         rate(i) = dot_product(r(:, i), difference)
+         strained(i) = dot_product(r(:, i), along)
+      end do
+      rate(1:3) = rate(1:3) - cross(w, strained)
       rate(4:6) = theta_rate/l
    end subroutine gradient_rate
 
