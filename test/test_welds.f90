@@ -28,6 +28,7 @@ contains
                new_test('what follows changes with what it follows from', small_changes), &
                new_test('the smaller mechanism has the energy of the whole one', same_energy), &
                new_test('welded halves are the rod that they make', halves), &
+               new_test('a body that is welded to a point mass cannot turn', point_mass), &
                new_test('what is welded and driven is left as it is', driven_weld), &
                new_test('it is told what moves with what', told)]
    end function collect_welds
@@ -339,6 +340,27 @@ contains
       call check_below(failure, maxval(abs(one%at%v(4:6) - two%at%v(4:6))), 1.0e-7_wp, 'angular velocity')
       call check_below(failure, maxval(abs(one%at%x(1:3) - 2.0_wp*two%at%x(1:3))), 1.0e-8_wp, 'center')
    end subroutine halves
+
+   !> Welded to a point mass, which has no rotations, a body cannot turn.
+   subroutine point_mass(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(mechanism_builder_t) :: builder
+      type(mechanism_t) :: model
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+
+      builder%gravity = [0.0_wp, 0.0_wp, -9.81_wp]
+      call builder%add_body('a', mass=1.0_wp, inertia=[1.0_wp, 1.0_wp, 1.0_wp])
+      call builder%add_body('b', mass=1.0_wp, inertia=[1.0_wp, 2.0_wp, 2.0_wp], position=[1.0_wp, 0.0_wp, 0.0_wp], &
+                            velocity=[0.0_wp, 0.0_wp, 1.0_wp])
+      call builder%add_point_mass('m', 0.5_wp, position=[2.0_wp, 0.0_wp, 0.0_wp], velocity=[0.0_wp, 0.0_wp, 1.0_wp])
+      call builder%add_joint('pin', 'distance', 'a', 'm', point_1=[0.0_wp, 0.0_wp, 0.0_wp])
+      call builder%add_joint('weld', 'fixed', 'b', 'm', point=[2.0_wp, 0.0_wp, 0.0_wp])
+      call builder%add_spring('ground', 'b', point_1=[0.0_wp, 3.0_wp, 0.0_wp], point_2=[1.0_wp, 0.4_wp, 0.0_wp], stiffness=20.0_wp)
+      call builder%complete(model, at, error)
+      call no_error(failure, error)
+      if (.not. allocated(failure)) call compare(model, at, failure)
+   end subroutine point_mass
 
    !> A hinge between two bodies that are welded is driven: the whole mechanism is computed, and says that they contradict.
    subroutine driven_weld(failure)

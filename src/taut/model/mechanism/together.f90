@@ -1,6 +1,6 @@
 !> Which bodies of a mechanism move together, and what turns about a point of the ground.
 submodule(taut_model_mechanism) taut_model_mechanism_together
-   use taut_model_mechanism_body, only: body_planar
+   use taut_model_mechanism_body, only: body_planar, body_spatial
    use taut_model_mechanism_joint, only: keeps_points_together
    use taut_model_mechanism_joint_table, only: type_fixed
    implicit none (type, external)
@@ -50,8 +50,9 @@ contains
       root = [(i, i=1, size(root))]
       weld(:) = 0
       allocate (followers(0))
-      ! Nodes of beams have coordinates of their own.
-      able = .true.
+      ! A point mass does not turn, and what is welded to it cannot; nodes of beams have coordinates of their own.
+      able(0) = .true.
+      able(1:) = self%bodies%kind == body_planar .or. self%bodies%kind == body_spatial
       do i = 1, size(self%elements)
          able([self%elements(i)%body_1, self%elements(i)%body_2]) = .false.
       end do
