@@ -163,10 +163,6 @@ contains
       !> Its state.
       type(state_t), intent(in) :: at
 
-      if (.not. (allocated(self%entries) .or. allocated(self%held))) then
-         call evaluate_jacobian(model, at, self%a)
-         return
-      end if
       if (entries_are_of(self, at)) then
          self%a%values(:) = self%entries
       else
@@ -328,13 +324,13 @@ contains
       !> The linearization.
       class(linearization_t), intent(inout) :: self
       !> What A u shall be: (n_phi).
-      real(wp), intent(in), contiguous :: b(:)
+      real(wp), intent(in) :: b(size(self%phi))
       !> A vector, replaced: (n).
-      real(wp), intent(inout), contiguous :: u(:)
+      real(wp), intent(inout) :: u(self%a%n)
       !> A u - b before: (n_phi).
-      real(wp), intent(inout), contiguous :: r(:)
+      real(wp), intent(inout) :: r(size(self%phi))
       !> Multipliers: (n_phi).
-      real(wp), intent(inout), contiguous :: mu(:)
+      real(wp), intent(inout) :: mu(size(self%phi))
 
       if (self%all_holonomic) then
          call self%onto%project(self%a, b, u, r, mu)

@@ -30,7 +30,6 @@ module taut_constrained_projection
       real(wp), allocatable :: mu(:)
       !> Violation of the last velocity that was given to `velocity`, before it was corrected: (c).
       real(wp), allocatable, private :: phidot(:)
-      integer, private :: n_phi = 0
       !> Violations, multipliers that nobody asks for, and what shall be met without motion: (c); a velocity: (n).
       real(wp), allocatable, private :: r(:), normal(:), zero(:), d(:)
       !> What is on another branch than is meant, after a step that was refused for it.
@@ -73,7 +72,6 @@ contains
       call self%linear%init(model, method, held)
       call self%newton%init(model, method)
       call self%orientation%init(self%linear%a, model%c)
-      self%n_phi = model%n_phi
       if (allocated(self%b_prime)) deallocate (self%b_prime, self%mu, self%phidot, self%r, self%normal, self%zero, &
                                               self%d)
       allocate (self%b_prime(model%c), self%mu(model%c), self%phidot(model%c), self%r(model%c), self%normal(model%c), &
@@ -267,9 +265,7 @@ contains
 
       if (model%n_phi == 0) return
       call model%v_of_x_rate(at, e, self%d)
-      associate (n => model%n_phi)
-         call self%linear%project_holonomic(self%zero(:n), self%d, self%r(:n), self%normal(:n))
-      end associate
+      call self%linear%project_holonomic(self%zero, self%d, self%r, self%normal)
       call model%x_rate(at, self%d, e)
    end subroutine filter_position
 
@@ -308,9 +304,7 @@ contains
       real(wp), intent(out), contiguous :: mu(:)
 
       mu(:) = 0.0_wp
-      associate (n => self%n_phi)
-         call self%linear%project_holonomic(b(:n), u, self%r(:n), mu(:n))
-      end associate
+      call self%linear%project_holonomic(b, u, self%r, mu)
    end subroutine meet_holonomic
 
    !> u := u - W^-1 A^T S^+ (A u - b), after `linearize`: with u = 0, A^+ b.

@@ -52,8 +52,9 @@ contains
          if (maxval(abs(later(:m))) > round_off*maxval(abs(y1(:m)))) &
             holds = control%norm(later(:m), y0(:m), y1(:m)) <= control%projection_limit
       end if
+      if (.not. (holds .and. control%norm(moved(:n), y0(:n), y1(:n)) > 1.0_wp)) return
       way = control%norm(moved(:m), y0(:m), y1(:m))
-      if (holds .and. way > 1.0_wp) then
+      if (way > 1.0_wp) then
          later(:m) = y1(:m) - y0(:m)
          holds = way <= 1.0_wp + longest_way*control%norm(later(:m), y0(:m), y1(:m))
       end if

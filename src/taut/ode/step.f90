@@ -201,6 +201,7 @@ contains
       self%integral = self%integral + self%stepper%gain
       self%integral_error = self%integral_error + self%stepper%gain_error
       self%moved = self%moved + abs(self%stepper%gain)
+      !GCC$ unroll 1
       do i = 1, size(self%y)
          self%y(i) = self%y_new(i)
       end do

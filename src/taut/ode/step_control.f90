@@ -140,45 +140,36 @@ contains
       integer, intent(in), optional :: before
       !> Its norm; 1 is at the tolerance.
       real(wp) :: value
-
-      if (present(before)) then
-         value = norm_of_part(self, self%atol(before + 1:), d, y0, y1)
-      else
-         value = norm_of_part(self, self%atol, d, y0, y1)
-      end if
-   end function norm
-
-   !> The norm, given the absolute tolerances of what is measured.
-   pure function norm_of_part(self, atol, d, y0, y1) result(value)
-      class(step_control_t), intent(in) :: self
-      real(wp), intent(in), contiguous :: atol(:), d(:), y0(:), y1(:)
-      real(wp) :: value
       real(wp) :: other, ratio, second
-      integer :: i, n
+      integer :: first, i, n
 
+      first = 0
+      if (present(before)) first = before
       value = 0.0_wp
-      if (self%rms) then
-         ! Two at a time, which the processor does at once. The bound keeps the squares from overflowing.
-         n = size(d)/2
-         other = 0.0_wp
-         !GCC$ unroll 1
-         do i = 1, n
-            ratio = min(abs(d(2*i - 1))/(atol(2*i - 1) + self%rtol*max(abs(y0(2*i - 1)), abs(y1(2*i - 1)))), 1.0e100_wp)
-            second = min(abs(d(2*i))/(atol(2*i) + self%rtol*max(abs(y0(2*i)), abs(y1(2*i)))), 1.0e100_wp)
-            value = value + ratio*ratio
-            other = other + second*second
-         end do
-         do i = 2*n + 1, size(d)
-            ratio = min(abs(d(i))/(atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i)))), 1.0e100_wp)
-            value = value + ratio*ratio
-         end do
-         value = sqrt((value + other)/max(1, self%counted))
-      else
-         do i = 1, size(d)
-            value = max(value, abs(d(i))/(atol(i) + self%rtol*max(abs(y0(i)), abs(y1(i)))))
-         end do
-      end if
-   end function norm_of_part
+      associate (atol => self%atol, rtol => self%rtol)
+         if (self%rms) then
+            ! Two at a time, which the processor does at once. The bound keeps the squares from overflowing.
+            n = size(d)/2
+            other = 0.0_wp
+            !GCC$ unroll 1
+            do i = 1, n
+               ratio = min(abs(d(2*i - 1))/(atol(first + 2*i - 1) + rtol*max(abs(y0(2*i - 1)), abs(y1(2*i - 1)))), 1.0e100_wp)
+               second = min(abs(d(2*i))/(atol(first + 2*i) + rtol*max(abs(y0(2*i)), abs(y1(2*i)))), 1.0e100_wp)
+               value = value + ratio*ratio
+               other = other + second*second
+            end do
+            do i = 2*n + 1, size(d)
+               ratio = min(abs(d(i))/(atol(first + i) + rtol*max(abs(y0(i)), abs(y1(i)))), 1.0e100_wp)
+               value = value + ratio*ratio
+            end do
+            value = sqrt((value + other)/max(1, self%counted))
+         else
+            do i = 1, size(d)
+               value = max(value, abs(d(i))/(atol(first + i) + rtol*max(abs(y0(i)), abs(y1(i)))))
+            end do
+         end if
+      end associate
+   end function norm
 
    !> Which entry of a vector is the largest in units of the tolerance.
    pure integer function largest(self, d, y0, y1)

@@ -132,26 +132,32 @@ contains
       associate (j => column)
          select case (terms)
          case (1)
+            !GCC$ unroll 1
             do i = 1, n
                y_stage(i) = y(i) + c(1)*k(i, j(1))
             end do
          case (2)
+            !GCC$ unroll 1
             do i = 1, n
                y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)))
             end do
          case (3)
+            !GCC$ unroll 1
             do i = 1, n
                y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)))
             end do
          case (4)
+            !GCC$ unroll 1
             do i = 1, n
                y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)))
             end do
          case (5)
+            !GCC$ unroll 1
             do i = 1, n
                y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)) + c(5)*k(i, j(5)))
             end do
          case default
+            !GCC$ unroll 1
             do i = 1, n
                y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)) + &
                                     c(5)*k(i, j(5)) + c(6)*k(i, j(6)))
@@ -376,13 +382,17 @@ contains
       logical, intent(out) :: holds, stale
       integer, intent(out) :: info
       logical :: judged
+      integer :: i
 
       judged = control%aware_of_projection .and. ode%limits_projection
       holds = .true.
-      if (judged) self%y_work(:) = y_new
+      if (judged) self%y_work(:self%n) = y_new(:self%n)
       call ode%project(t_new, y_new, place, stale, info)
       if (info /= rhs_ok .or. .not. judged) return
-      self%y_work(:) = self%y_work - y_new
+      !GCC$ unroll 1
+      do i = 1, self%n
+         self%y_work(i) = self%y_work(i) - y_new(i)
+      end do
       holds = projection_holds(control, ode, self%y_work, y, y_new, self%y_later)
    end subroutine project
 
@@ -392,7 +402,8 @@ contains
       class(explicit_pair_t), intent(inout) :: self
       integer :: i
 
-      do i = 1, size(self%k, 1)
+      !GCC$ unroll 1
+      do i = 1, self%n
          self%k(i, 1) = self%k(i, self%stages)
       end do
       self%integrand(1, 1) = self%integrand(1, self%stages)
