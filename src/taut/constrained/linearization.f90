@@ -1,10 +1,9 @@
 !> A, W and S = A W^-1 A^T at a state, Sect. 3.5 (b): what the projections of Eqs (11a) and (17) solve with.
 module taut_constrained_linearization
-   use, intrinsic :: iso_fortran_env, only: int64
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_constrained_completion, only: completion_t
-   use taut_constrained_jacobian, only: clear_columns, evaluate_jacobian, lay_out_jacobian
+   use taut_constrained_jacobian, only: evaluate_jacobian, kept_entries_t, lay_out_jacobian, take_out_columns
    use taut_constrained_method_options, only: method_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_linalg_block_diagonal, only: block_diagonal_t
@@ -48,9 +47,7 @@ module taut_constrained_linearization
       logical, private :: w_is_mass = .false., w_ready = .false.
       !> S^+ phi: (n_phi).
       real(wp), allocatable, private :: nu(:)
-      !> Entries of A that came with the last phi of a system that `linearizes`, and where that was.
-      real(wp), allocatable, private :: entries(:), x_of_entries(:)
-      real(wp), private :: t_of_entries = 0.0_wp
+      type(kept_entries_t), private :: kept
    contains
       procedure, non_overridable :: init
       procedure, non_overridable :: evaluate_constraint
@@ -99,11 +96,7 @@ contains
       call lay_out_jacobian(model, self%a)
       if (allocated(self%phi)) deallocate (self%phi, self%nu, self%d)
       allocate (self%phi(model%n_phi), self%nu(model%n_phi), self%d(model%n), source=0.0_wp)
-      if (allocated(self%entries)) deallocate (self%entries, self%x_of_entries)
-      if (model%linearizes) then
-         allocate (self%entries(size(self%a%values)), self%x_of_entries(model%n_x), source=0.0_wp)
-         self%t_of_entries = -huge(1.0_wp)
-      end if
+      if (model%linearizes) call self%kept%init(model, self%a)
       call self%w%init(model%mass_blocks)
       if (self%identity) then
          blocks = spread(1, 1, model%n)
@@ -129,30 +122,12 @@ contains
       !> Its state; its x and t are used.
       type(state_t), intent(in) :: at
 
-      if (.not. allocated(self%entries)) then
+      if (model%linearizes) then
+         call self%kept%evaluate_constraint(model, at, self%phi)
+      else
          call model%constraint(at, self%phi)
-         return
       end if
-      call model%linearization(at, self%phi, self%entries)
-      self%t_of_entries = at%t
-      self%x_of_entries(:) = at%x
    end subroutine evaluate_constraint
-
-   !> Whether the entries that came with phi are those of a state: of the same numbers, bit for bit.
-   pure logical function entries_are_of(self, at)
-      type(linearization_t), intent(in) :: self
-      type(state_t), intent(in) :: at
-      integer(int64) :: bits
-      integer :: i
-
-      entries_are_of = allocated(self%entries)
-      if (.not. entries_are_of) return
-      bits = ieor(transfer(at%t, bits), transfer(self%t_of_entries, bits))
-      do i = 1, size(at%x)
-         bits = ior(bits, ieor(transfer(at%x(i), bits), transfer(self%x_of_entries(i), bits)))
-      end do
-      entries_are_of = bits == 0_int64
-   end function entries_are_of
 
    !> A at a state; what is held has no part in it.
    subroutine evaluate(self, model, at)
@@ -163,22 +138,13 @@ contains
       !> Its state.
       type(state_t), intent(in) :: at
 
-      if (entries_are_of(self, at)) then
-         self%a%values(:) = self%entries
+      if (model%linearizes) then
+         call self%kept%give(model, at, self%a)
       else
          call evaluate_jacobian(model, at, self%a)
       end if
-      if (allocated(self%held)) call take_out_held(self, at)
+      if (allocated(self%held)) call take_out_columns(self%a, self%held, at%v, self%from_held)
    end subroutine evaluate
-
-   !> What is held moves as it does: it gives a part of A v that is known.
-   subroutine take_out_held(self, at)
-      type(linearization_t), intent(inout) :: self
-      type(state_t), intent(in) :: at
-
-      call self%a%multiply(merge(at%v, 0.0_wp, self%held), self%from_held)
-      call clear_columns(self%a, self%held)
-   end subroutine take_out_held
 
    !> W at a state, factorized, where W is not the identity.
    subroutine renew_weight(self, model, at, info)
