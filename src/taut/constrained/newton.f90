@@ -100,7 +100,7 @@ contains
       real(wp), intent(in), optional :: threshold
       !> Whether the last `linearize` was for this very x; default: no.
       logical, intent(in), optional :: linearized
-      real(wp) :: left, left_before, length, most_plain, noise, reach, squares
+      real(wp) :: left, left_before, length, most_plain, noise, reach
       integer :: iteration
       logical :: known, plain, renew, takes_all
 
@@ -111,7 +111,7 @@ contains
       self%corrections = 0
       if (model%n_phi == 0) return
       call linear%evaluate_constraint(model, at)
-      call gauge(model%n_phi, linear%phi, self%residual, squares)
+      self%residual = largest_entry(linear%phi)
       if (.not. ieee_is_finite(self%residual)) then
          call give_up(self, linear, not_finite, info)
          return
@@ -182,7 +182,7 @@ contains
          end if
          self%corrections = self%corrections + 1
          left_before = left
-         call move(self, linear, model, at, squares, info)
+         call move(self, linear, model, at, info)
          if (info /= rhs_ok) return
          if (self%residual <= self%yardstick%sure) return
       end do
@@ -220,40 +220,19 @@ contains
       call linear%pass_over(cut)
    end subroutine position_again
 
-   !> Size of a violation: its largest entry, and the sum of squares of one that is finite.
-   pure subroutine gauge(n, phi, largest, squares)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: phi(n)
-      real(wp), intent(out) :: largest, squares
-
-      if (n == 1) then
-         largest = abs(phi(1))
-      else
-         largest = largest_entry(phi)
-      end if
-      squares = huge(1.0_wp)
-      if (.not. ieee_is_finite(largest)) return
-      if (n == 1) then
-         squares = largest**2
-      else
-         squares = dot_product(phi, phi)
-      end if
-   end subroutine gauge
-
    !> x := x (+) d, with d halved until phi has become smaller.
-   subroutine move(self, linear, model, at, squares, info)
+   subroutine move(self, linear, model, at, info)
       type(newton_t), intent(inout) :: self
       class(linearization_t), intent(inout) :: linear
       class(mechanical_system_t), intent(in) :: model
       type(state_t), intent(inout) :: at
-      real(wp), intent(inout) :: squares
       integer, intent(out) :: info
       integer :: halving, i
       real(wp) :: largest_before, squares_before
 
       info = rhs_ok
       largest_before = self%residual
-      squares_before = squares
+      squares_before = dot_product(linear%phi, linear%phi)
       !GCC$ unroll 1
       do i = 1, size(at%x)
          self%x_before(i) = at%x(i)
@@ -262,14 +241,16 @@ contains
          call model%displace(linear%d, at%x)
          call model%normalize(at%x)
          call linear%evaluate_constraint(model, at)
-         call gauge(model%n_phi, linear%phi, self%residual, squares)
-         if (squares <= squares_before*no_growth) return
+         self%residual = largest_entry(linear%phi)
+         if (ieee_is_finite(self%residual)) then
+            if (self%residual <= self%yardstick%sure) return
+            if (dot_product(linear%phi, linear%phi) <= squares_before*no_growth) return
+         end if
          at%x(:) = self%x_before
          linear%d(:) = 0.5_wp*linear%d
       end do
       call linear%evaluate_constraint(model, at)
       self%residual = largest_before
-      squares = squares_before
       if (self%residual > self%yardstick%tolerance) call give_up(self, linear, not_converged, info)
    end subroutine move
 

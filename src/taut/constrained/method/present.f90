@@ -72,7 +72,8 @@ contains
             call project_x(self, info)
             if (info /= rhs_ok) return
             ! (b) A, with the corrected x
-            call projector%linear%linearize(model, at, info, 0.0_wp)
+            call projector%linear%evaluate(model, at)
+            call projector%linear%factorize(model, at, info, 0.0_wp)
             if (info /= rhs_ok) return
             ! (c) b', with the corrected x, and (d) project v, Eq. (11a)
             call projector%velocity(model, at)

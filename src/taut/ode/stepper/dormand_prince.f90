@@ -83,7 +83,6 @@ contains
       real(wp), intent(out), contiguous :: error(:, :)
       integer :: i
 
-      !GCC$ unroll 1
       do i = 1, size(error, 1)
          error(i, 1) = h*(e(1)*k(i, 1) + e(3)*k(i, 3) + e(4)*k(i, 4) + e(5)*k(i, 5) + e(6)*k(i, 6) + e(7)*k(i, 7))
       end do

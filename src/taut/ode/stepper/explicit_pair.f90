@@ -40,6 +40,8 @@ module taut_ode_stepper_explicit_pair
       !> Coefficients a_ij that are not zero, how many there are for stage i, and their j.
       real(wp), private :: a(most_terms, most_stages) = 0.0_wp
       integer, private :: terms(most_stages) = 0, column(most_terms, most_stages) = 1
+      !> Where the derivative of that stage begins in `k`.
+      integer, private :: begin(most_terms, most_stages) = 0
    contains
       procedure, non_overridable :: set_tableau
       procedure, non_overridable :: stage_state
@@ -94,6 +96,7 @@ contains
             self%terms(i) = self%terms(i) + 1
             self%a(self%terms(i), i) = a(j, i)
             self%column(self%terms(i), i) = j
+            self%begin(self%terms(i), i) = (j - 1)*n
          end do
       end do
       allocate (self%k(n, size(node)), self%error(n, estimates), self%y_work(n), self%y_later(n), self%y_last_stage(n), &
@@ -114,7 +117,7 @@ contains
       real(wp), intent(out) :: y_stage(self%n)
       integer :: i, m
 
-      call add_terms(self%n, self%terms(stage), h*self%a(:at_once, stage), self%column(:at_once, stage), self%k, y, y_stage)
+      call add_terms(self%n, self%terms(stage), h*self%a(:at_once, stage), self%begin(:at_once, stage), self%k, y, y_stage)
       do m = at_once + 1, self%terms(stage)
          do i = 1, self%n
             y_stage(i) = y_stage(i) + (h*self%a(m, stage))*self%k(i, self%column(m, stage))
@@ -122,48 +125,40 @@ contains
       end do
    end subroutine stage_state
 
-   !> y_stage = y + sum_m c_m k_j, j = column_m, of the first terms; coefficients beyond the last one are zero.
-   pure subroutine add_terms(n, terms, c, column, k, y, y_stage)
-      integer, intent(in) :: n, terms, column(at_once)
-      real(wp), intent(in) :: c(at_once), k(n, *), y(n)
+   !> y_stage = y + sum_m c_m k_j, where k_j begins at b_m, of the first terms; coefficients beyond the last one are zero.
+   pure subroutine add_terms(n, terms, c, b, k, y, y_stage)
+      integer, intent(in) :: n, terms, b(at_once)
+      real(wp), intent(in) :: c(at_once), k(*), y(n)
       real(wp), intent(out) :: y_stage(n)
       integer :: i
 
-      associate (j => column)
-         select case (terms)
-         case (1)
-            !GCC$ unroll 1
-            do i = 1, n
-               y_stage(i) = y(i) + c(1)*k(i, j(1))
-            end do
-         case (2)
-            !GCC$ unroll 1
-            do i = 1, n
-               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)))
-            end do
-         case (3)
-            !GCC$ unroll 1
-            do i = 1, n
-               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)))
-            end do
-         case (4)
-            !GCC$ unroll 1
-            do i = 1, n
-               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)))
-            end do
-         case (5)
-            !GCC$ unroll 1
-            do i = 1, n
-               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)) + c(5)*k(i, j(5)))
-            end do
-         case default
-            !GCC$ unroll 1
-            do i = 1, n
-               y_stage(i) = y(i) + (c(1)*k(i, j(1)) + c(2)*k(i, j(2)) + c(3)*k(i, j(3)) + c(4)*k(i, j(4)) + &
-                                    c(5)*k(i, j(5)) + c(6)*k(i, j(6)))
-            end do
-         end select
-      end associate
+      select case (terms)
+      case (1)
+         do i = 1, n
+            y_stage(i) = y(i) + c(1)*k(b(1) + i)
+         end do
+      case (2)
+         do i = 1, n
+            y_stage(i) = y(i) + (c(1)*k(b(1) + i) + c(2)*k(b(2) + i))
+         end do
+      case (3)
+         do i = 1, n
+            y_stage(i) = y(i) + (c(1)*k(b(1) + i) + c(2)*k(b(2) + i) + c(3)*k(b(3) + i))
+         end do
+      case (4)
+         do i = 1, n
+            y_stage(i) = y(i) + (c(1)*k(b(1) + i) + c(2)*k(b(2) + i) + c(3)*k(b(3) + i) + c(4)*k(b(4) + i))
+         end do
+      case (5)
+         do i = 1, n
+            y_stage(i) = y(i) + (c(1)*k(b(1) + i) + c(2)*k(b(2) + i) + c(3)*k(b(3) + i) + c(4)*k(b(4) + i) + c(5)*k(b(5) + i))
+         end do
+      case default
+         do i = 1, n
+            y_stage(i) = y(i) + (c(1)*k(b(1) + i) + c(2)*k(b(2) + i) + c(3)*k(b(3) + i) + c(4)*k(b(4) + i) + &
+                                 c(5)*k(b(5) + i) + c(6)*k(b(6) + i))
+         end do
+      end select
    end subroutine add_terms
 
    !> The derivative at a start.
