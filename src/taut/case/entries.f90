@@ -23,8 +23,9 @@ module taut_case_entries
 
    !> What passes over the entries of a group.
    type :: entries_t
-      !> Whether values come from a group of a case file; otherwise what is declared is collected.
-      logical :: reading = .false.
+      !> Whether what is declared is collected, and whether values come from a group of a case file; if neither, it is the group's
+      !! name alone that is asked for.
+      logical :: collecting = .false., reading = .false.
       !> The group's name and what it is.
       character(:), allocatable :: name, about
       !> What was declared.
@@ -49,6 +50,7 @@ contains
       !> The entries.
       class(entries_t), intent(out) :: self
 
+      self%collecting = .true.
       allocate (self%list(0))
    end subroutine collect
 
@@ -185,7 +187,7 @@ contains
       integer :: k
       logical :: fits
 
-      if (.not. self%reading) call self%add(name, '.true. or .false.', '', '', '', trim(merge('.true. ', '.false.', value)), help)
+      if (self%collecting) call self%add(name, '.true. or .false.', '', '', '', trim(merge('.true. ', '.false.', value)), help)
       k = 0
       do
          call self%said%next(name, k, [integer ::], [1], 'truth value', help, words, places)
@@ -315,7 +317,7 @@ contains
       character(:), allocatable :: default, kind
       integer :: k
 
-      if (.not. self%reading) then
+      if (self%collecting) then
          kind = 'text'
          if (present(choices)) kind = choice_list(choices)
          default = ''
@@ -351,7 +353,7 @@ contains
       character(:), allocatable :: before(:)
       integer :: i, k, n
 
-      if (.not. self%reading) call self%add(name, 'text', '', 'any number of', '', '', help)
+      if (self%collecting) call self%add(name, 'text', '', 'any number of', '', '', help)
       k = 0
       do
          call self%said%next(name, k, [longest], [integer ::], 'text', help, words, places)
@@ -395,7 +397,7 @@ contains
       integer :: i, k, n, whole
       logical :: fits
 
-      if (.not. self%reading) then
+      if (self%collecting) then
          call self%add(name, kind, unit, number_text(dims, counts), range%described(), default_text(values), help)
          return
       end if

@@ -30,10 +30,12 @@ module taut_case_group
    type :: declared_t
       !> Its name and what it is.
       character(:), allocatable :: name, about
-      !> Its entries.
-      type(entry_t), allocatable :: list(:)
+      !> What it says, with the defaults.
+      class(group_data_t), allocatable :: data
       !> Whether it may be there more than once.
       logical :: many = .false.
+   contains
+      procedure :: collect
    end type declared_t
 
 contains
@@ -47,7 +49,6 @@ contains
       !> Whether it may be there more than once; default: it may not.
       logical, intent(in), optional :: many
       type(declared_t), allocatable :: before(:)
-      class(group_data_t), allocatable :: own
       type(entries_t) :: entries
       integer :: i, n
 
@@ -59,17 +60,30 @@ contains
       do i = 1, n
          call move_alloc(before(i)%name, groups(i)%name)
          call move_alloc(before(i)%about, groups(i)%about)
-         call move_alloc(before(i)%list, groups(i)%list)
+         call move_alloc(before(i)%data, groups(i)%data)
          groups(i)%many = before(i)%many
       end do
-      allocate (own, source=data)
-      call entries%collect()
-      call own%declare(entries)
+      allocate (groups(n + 1)%data, source=data)
+      call groups(n + 1)%data%declare(entries)
       groups(n + 1)%name = entries%name
       groups(n + 1)%about = entries%about
-      call move_alloc(entries%list, groups(n + 1)%list)
       if (present(many)) groups(n + 1)%many = many
    end subroutine declare_group
+
+   !> The entries of a group.
+   subroutine collect(self, list)
+      !> The group.
+      class(declared_t), intent(in) :: self
+      !> What it may say.
+      type(entry_t), allocatable, intent(out) :: list(:)
+      class(group_data_t), allocatable :: data
+      type(entries_t) :: entries
+
+      allocate (data, source=self%data)
+      call entries%collect()
+      call data%declare(entries)
+      call move_alloc(entries%list, list)
+   end subroutine collect
 
    !> Complains if the file has no group, one that is not declared, or one twice that may be there once only.
    subroutine check_groups(file, groups, error)
@@ -100,13 +114,15 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(entries_t) :: entries
       type(declared_t), allocatable :: declared(:)
+      type(entry_t), allocatable :: known(:)
 
       if (allocated(error)) return
       call entries%read_from(file%path, group)
       call data%declare(entries)
       if (entries%said%has_unknown()) then
          call declare_group(declared, data)
-         call entries%said%unknown(declared(1)%list)
+         call declared(1)%collect(known)
+         call entries%said%unknown(known)
       end if
       if (allocated(entries%said%error)) call move_alloc(entries%said%error, error)
    end subroutine read_group

@@ -21,6 +21,7 @@ contains
       !> Many lines, each with its line end.
       character(:), allocatable :: text
       character(:), allocatable :: heading
+      type(entry_t), allocatable :: list(:)
       integer :: column, i, j
 
       text = 'Case files of '//app//' are Fortran namelists: &group name = value, ... /. Comments begin with !, texts stand'//nl// &
@@ -30,12 +31,13 @@ contains
             heading = '&'//it%name//'  '//it%about
             if (it%many) heading = heading//'; any number of them'
             text = text//nl//wrapped(heading, 4)
+            call it%collect(list)
             column = 0
-            do j = 1, size(it%list)
-               column = max(column, len(it%list(j)%name))
+            do j = 1, size(list)
+               column = max(column, len(list(j)%name))
             end do
-            do j = 1, size(it%list)
-               text = text//wrapped('  '//it%list(j)%name//repeat(' ', column + 2 - len(it%list(j)%name))//sentence(it%list(j)), &
+            do j = 1, size(list)
+               text = text//wrapped('  '//list(j)%name//repeat(' ', column + 2 - len(list(j)%name))//sentence(list(j)), &
                                     column + 4)
             end do
          end associate
@@ -85,17 +87,19 @@ contains
       type(declared_t), intent(in) :: groups(:)
       !> Many lines, each with its line end.
       character(:), allocatable :: text
+      type(entry_t), allocatable :: list(:)
       integer :: i, j
 
       text = ''
       do i = 1, size(groups)
          associate (it => groups(i))
+            call it%collect(list)
             if (i > 1) text = text//nl
             text = text//'### `&'//it%name//'`'//nl//nl//capital(it%about)
             if (it%many) text = text//'; any number of them'
             text = text//'.'//nl//nl//'| Entry | Values | Unit | Default | |'//nl//'| --- | --- | --- | --- | --- |'//nl
-            do j = 1, size(it%list)
-               associate (one => it%list(j))
+            do j = 1, size(list)
+               associate (one => list(j))
                   text = text//'| `'//one%name//'` | '//cell(values_of(one))//' | '//cell(one%unit)//' | '//cell(one%default)// &
                          ' | '//cell(one%help)//' |'//nl
                end associate

@@ -9,6 +9,7 @@ module taut_constrained_first_look
    use taut_constrained_start, only: consistent_start, start_report_t
    use taut_constrained_system, only: mechanical_system_t, state_t
    use taut_constrained_verify, only: finding_t, shaken, verify
+   use taut_linalg_arbitrary, only: arbitrary
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
    use taut_linalg_null_space, only: null_space
@@ -87,7 +88,7 @@ contains
       call model%jacobian(at, a)
       call model%constraint(at, phi)
       near = at
-      near%x = [(at%x(i) + steps(1)*cos(1.3_wp*i)*max(1.0_wp, maxval(abs(at%x))), i=1, model%n_x)]
+      near%x = [(at%x(i) + steps(1)*arbitrary(i)*max(1.0_wp, maxval(abs(at%x))), i=1, model%n_x)]
       call model%normalize(near%x)
       call model%constraint(near, moved)
       do i = 1, model%n_phi
@@ -125,7 +126,7 @@ contains
       if (model%c == 0) return
       call lay_out_jacobian(model, a)
       allocate (b(model%c), g(model%n_w), minus(model%c), plus(model%c), slope(model%c))
-      u = [(cos(1.3_wp*i), i=1, model%n)]
+      u = [(arbitrary(i), i=1, model%n)]
       call evaluate_jacobian(model, at, a)
       call a%multiply(u, slope)
       near = at

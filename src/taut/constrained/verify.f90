@@ -12,6 +12,7 @@ module taut_constrained_verify
    use taut_constrained_verify_claims, only: check_arguments, check_normalize
    use taut_constrained_verify_finding, only: check_set, compare, compare_column, elsewhere, entry_name, finding_t, largest, &
                                               mark_followers, note, scale_of, size_of, take_nearer, unset
+   use taut_linalg_arbitrary, only: arbitrary
    use taut_linalg_block_diagonal, only: block_diagonal_t
    use taut_linalg_csr, only: csr_t
    implicit none (type, external)
@@ -139,10 +140,10 @@ contains
       size_of_x = size_of(at%x)
       size_of_v = largest(at%v)
       if (.not. size_of_v > 0.0_wp) size_of_v = size_of_x
-      d = [(0.02_wp*size_of_x*sin(2.3_wp*i*k + 0.7_wp), i=1, model%n)]
+      d = [(0.02_wp*size_of_x*arbitrary(2*i + 1000*k), i=1, model%n)]
       call model%displace(d, near%x)
       call model%normalize(near%x)
-      near%v = at%v + [(size_of_v*cos(1.9_wp*i*k + 0.4_wp), i=1, model%n)]
+      near%v = at%v + [(size_of_v*arbitrary(2*i + 1 + 1000*k), i=1, model%n)]
       near%t = at%t + 0.013_wp*k
    end function shaken
 

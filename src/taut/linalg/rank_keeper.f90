@@ -7,6 +7,7 @@
 module taut_linalg_rank_keeper
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use taut_kinds, only: wp
+   use taut_linalg_arbitrary, only: arbitrary
    use taut_linalg_csr, only: csr_t
    use taut_linalg_normal_solver, only: normal_solver_t
    use taut_linalg_rank, only: above_violation, dead_pivot, dead_steps, doubtful_pivot, exactly_dependent, rising_steps, &
@@ -223,7 +224,7 @@ contains
 
       ! Any motion will do that has a part in all directions.
       do j = 1, a%n
-         self%probe(j) = sin(real(j*j, wp))
+         self%probe(j) = arbitrary(j)
       end do
       length = norm2(self%probe)
       call self%selection%rows%to_motion(self%probe)

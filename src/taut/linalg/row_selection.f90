@@ -5,6 +5,7 @@
 !! null vector is much larger than 1, the row of that entry is left out instead.
 module taut_linalg_row_selection
    use taut_kinds, only: wp
+   use taut_linalg_arbitrary, only: arbitrary
    use taut_linalg_csr, only: csr_t
    use taut_linalg_rank, only: doubtful_pivot, exactly_dependent, independent, passed_pivot, weaker, with_noise
    use taut_linalg_row_elimination, only: row_elimination_t
@@ -137,7 +138,7 @@ contains
 
       ! Any motion will do that has a part in all directions.
       do j = 1, self%rows%n
-         self%motion(j) = sin(real(j, wp)**2)
+         self%motion(j) = arbitrary(j)
       end do
       before = norm2(self%motion)
       do pass = 1, passes
