@@ -12,7 +12,7 @@ module taut_case_kind
 
    !> What an app knows of its case files.
    type, abstract :: case_kind_t
-      !> The groups as they are declared, if many cases are read: declaring takes longer than reading.
+      !> The groups as they are declared, once if many cases are read.
       type(declared_t), allocatable :: known(:)
    contains
       procedure(declared_groups), deferred :: declare
