@@ -61,6 +61,7 @@ contains
                new_test('velocities are measured by tolerances of their own', part_of_norm), &
                new_test('steps that do not get on end a run', no_progress), &
                new_test('steps bound by stability are told once', bound_by_stability), &
+               new_test('an integral with round-off is taken as it is', noisy_integral), &
                new_test('a mass matrix that does not fit its blocks', mass_does_not_fit)]
    end function collect_ode_edges
 
@@ -98,6 +99,45 @@ contains
       associate (unused_events => self, unused_time => t, unused_ode => ode)
       end associate
    end subroutine far_value
+
+   !> Where a shorter step has no smaller error, it holds, and the next one may be longer than the one that was refused first.
+   subroutine noisy_integral(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(step_control_t) :: control
+      type(error_t), allocatable :: error
+      real(wp) :: h_next
+      logical :: accepted, vain
+
+      call control%init(1, integration_options_t(rtol=1.0e-8_wp), 5, controller_constants_t(), error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call refused(0.1_wp, 1.0e-3_wp, 'far too large')
+      call refused(0.02_wp, 1.0e-4_wp, 'smaller')
+      call decide(0.01_wp, 1.0e-4_wp)
+      call check(failure, accepted .and. vain, 'no smaller: round-off')
+      call check_below(failure, 0.1_wp, h_next, 'on with longer steps')
+      call control%step_on()
+      call refused(0.1_wp, 1.0e-3_wp, 'behind it, errors count again')
+
+   contains
+
+      subroutine decide(h, off)
+         real(wp), intent(in) :: h, off
+
+         h_next = h
+         call control%decide_by_integral(h, off, 1.0_wp, 1.0_wp, h_next, accepted, vain)
+      end subroutine decide
+
+      subroutine refused(h, off, what)
+         real(wp), intent(in) :: h, off
+         character(*), intent(in) :: what
+
+         call decide(h, off)
+         call check(failure, .not. (accepted .or. vain), what)
+         call check_below(failure, h_next, h, what//': a shorter one')
+      end subroutine refused
+
+   end subroutine noisy_integral
 
    subroutine rhs(self, t, y, dydt, info)
       class(stiff_t), intent(inout) :: self

@@ -60,6 +60,7 @@ contains
                new_test('a matrix that is too large is told', too_large), &
                new_test('what round-off is taken for', round_off_alone), &
                new_test('backwards in time', backwards), &
+               new_test('a drive through a dead point', driven_dead_point), &
                new_test('what stops a step is named', named), &
                new_test('options that contradict', contradictions), &
                new_test('a right-hand side that ends', ends)]
@@ -451,6 +452,29 @@ contains
       if (allocated(failure)) return
       call check_below(failure, norm2(at%x - with_row%x), 3.0e-6_wp, 'difference')
    end subroutine spring_without_row
+
+   !> A slider-crank whose rod is as long as its crank, driven: the slider goes straight through the crank's pivot, where it could
+   !! stay, three times. No freedom is left, so that steps are judged by their work.
+   subroutine driven_dead_point(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(run_t) :: run
+      character(*), parameter :: lf = new_line('a'), x = '0.8', y = '0.6'
+      integer :: i
+
+      do i = 4, 10, 3
+         call run_text('&mechanism planar = .true. /'//lf//'&function name = "turning" kind = "ramp" rate = 1.7 /'//lf// &
+                       '&body name = "crank" shape = "rod" mass = 1.0 from = 0.0, 0.0 to = '//x//', '//y//' /'//lf// &
+                       '&body name = "bar" shape = "rod" mass = 1.0 from = '//x//', '//y//' to = 1.6, 0.0 /'//lf// &
+                       '&joint name = "A" type = "revolute" body_2 = "crank" point = 0.0, 0.0 drive_angle = "turning" /'//lf// &
+                       '&joint name = "B" type = "revolute" body_1 = "crank" body_2 = "bar" point = '//x//', '//y//' /'//lf// &
+                       '&joint name = "C" type = "in-line" body_2 = "bar" point = 1.6, 0.0 axis = 1.0, 0.0 /'//lf// &
+                       '&integration integrator = "radau" t_end = 5.0 /'//lf, 5.0_wp, 10.0_wp**(-i), run, failure)
+         if (allocated(failure)) return
+         call check(failure, run%result%status == status_reached_end, 'it goes on')
+         ! The center of the rod is three halves of the crank's reach away.
+         call check_close(failure, run%at%x(4), 1.5_wp*cos(atan2(0.6_wp, 0.8_wp) + 8.5_wp), 1.0e-8_wp, 'where the rod is')
+      end do
+   end subroutine driven_dead_point
 
    !> A soft spring rings with an amplitude above the tolerance: both integrators agree on it.
    subroutine ringing(failure)

@@ -192,3 +192,68 @@ def test_driven_four_bars_stay_on_their_branch_or_say_so(
     angle = 1.0 + 2.0 * last["t"]
     _, exact = rocker(*lengths, angle=angle, open_side=True)
     assert math.hypot(last["end.x"] - exact[0], last["end.y"] - exact[1]) < 1e-6
+
+
+def driven_slider_crank(rate: float) -> str:
+    """Returns a slider-crank whose rod is as long as its crank: the slider can stay in the crank's pivot."""
+    x, y = math.cos(1.0), math.sin(1.0)
+    rod = 'shape = "rod", mass = 1.0'
+    return f"""&mechanism planar = .true. /
+&function name = "turning", kind = "ramp", rate = {rate} /
+&body name = "crank", {rod}, from = 0.0, 0.0, to = {x!r}, {y!r} /
+&body name = "bar", {rod}, from = {x!r}, {y!r}, to = {2 * x!r}, 0.0 /
+&joint name = "A", type = "revolute", body_2 = "crank", point = 0.0, 0.0, drive_angle = "turning" /
+&joint name = "B", type = "revolute", body_1 = "crank", body_2 = "bar", point = {x!r}, {y!r} /
+&joint name = "C", type = "in-line", body_2 = "bar", point = {2 * x!r}, 0.0, axis = 1.0, 0.0 /
+&point name = "P", body = "bar", position = {2 * x!r}, 0.0 /
+"""
+
+
+def driven_kite(rate: float) -> str:
+    """Returns a kite of arms of 1 m and 2 m: where the short ones meet, the long ones can turn as one."""
+    bx, by = math.cos(1.0), math.sin(1.0)
+    cx, cy = kite_tip(1.0)
+    rod = 'shape = "rod", mass = 1.0'
+    return f"""&mechanism planar = .true. /
+&function name = "turning", kind = "ramp", rate = {rate} /
+&body name = "crank", {rod}, from = 0.0, 0.0, to = {bx!r}, {by!r} /
+&body name = "bar", {rod}, from = {bx!r}, {by!r}, to = {cx!r}, {cy!r} /
+&body name = "rocker", {rod}, from = 1.0, 0.0, to = {cx!r}, {cy!r} /
+&joint name = "A", type = "revolute", body_2 = "crank", point = 0.0, 0.0, drive_angle = "turning" /
+&joint name = "B", type = "revolute", body_1 = "crank", body_2 = "bar", point = {bx!r}, {by!r} /
+&joint name = "C", type = "revolute", body_1 = "bar", body_2 = "rocker", point = {cx!r}, {cy!r} /
+&joint name = "D", type = "revolute", body_2 = "rocker", point = 1.0, 0.0 /
+&point name = "P", body = "rocker", position = {cx!r}, {cy!r} /
+"""
+
+
+def kite_tip(angle: float) -> tuple[float, float]:
+    """Returns the tip, on the line that halves the angle of the short arms; the motion goes on smoothly."""
+    far = math.cos(angle / 2) + math.sqrt(4.0 - math.sin(angle / 2) ** 2)
+    return far * math.cos(angle / 2), far * math.sin(angle / 2)
+
+
+def check_driven(
+    mechanism: Path, folder: Path, name: str, rate: float, digits: int, integrator: str, more: str = ""
+) -> None:
+    """Drives a linkage through positions where its motion branches; it goes straight on."""
+    made = {"slider-crank": driven_slider_crank, "kite": driven_kite}[name](rate)
+    text = f"""{made}&integration t_end = 10.0, rtol = 1e-{digits}, atol = 1e-{digits + 2}
+integrator = "{integrator}"{more} /
+&output dt = 0.1 /
+"""
+    status, said, last = run(mechanism, folder, text)
+    assert status == "reached-end", said
+    angle = 1.0 + 10.0 * rate
+    exact = kite_tip(angle) if name == "kite" else (2.0 * math.cos(angle), 0.0)
+    assert math.hypot(last["P.x"] - exact[0], last["P.y"] - exact[1]) < 1e-8
+
+
+@pytest.mark.parametrize("integrator", ["dopri5", "dop853", "radau"])
+@pytest.mark.parametrize("digits", range(4, 13))
+@pytest.mark.parametrize("rate", (0.7, 1.0, 1.7, 2.3, 3.1))
+@pytest.mark.parametrize("name", ["slider-crank", "kite"])
+def test_driven_linkages_pass(
+    mechanism: Path, tmp_path: Path, name: str, rate: float, digits: int, integrator: str
+) -> None:
+    check_driven(mechanism, tmp_path, name, rate, digits, integrator)

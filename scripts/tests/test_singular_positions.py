@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
-from study_singular_positions import four_bar, pendulum, run
+from study_singular_positions import check_driven, four_bar, pendulum, run
 
 
 @pytest.mark.parametrize(("speed", "digits"), [(1.7, 11), (2.0, 11), (0.5, 12)])
@@ -13,6 +13,14 @@ def test_implicit_steps_pass(mechanism: Path, tmp_path: Path, speed: float, digi
     status, said, last = run(mechanism, tmp_path, text)
     assert status == "reached-end", said
     assert last["B0.x"] == pytest.approx(math.sin(pendulum(speed, 10.0)), abs=1e-5)
+
+
+@pytest.mark.parametrize("digits", [4, 8, 11])
+@pytest.mark.parametrize("name", ["slider-crank", "kite"])
+def test_implicit_steps_pass_where_a_drive_leaves_no_freedom(
+    mechanism: Path, tmp_path: Path, name: str, digits: int
+) -> None:
+    check_driven(mechanism, tmp_path, name, 1.7, digits, "radau")
 
 
 @pytest.mark.parametrize("digits", [6, 10, 12])

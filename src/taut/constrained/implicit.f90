@@ -22,7 +22,7 @@ module taut_constrained_implicit
    use taut_error, only: to_text
    use taut_linalg_rank, only: pivot_floor
    use taut_ode_newton, only: spread_evenly
-   use taut_ode_system, only: not_converged, ode_system_t, rhs_cannot, rhs_not_solved, rhs_ok, rhs_retry
+   use taut_ode_system, only: not_converged, ode_system_t, rhs_cannot, rhs_no_projection, rhs_not_solved, rhs_ok, rhs_retry
    implicit none (type, external)
    private
    public :: implicit_form_t
@@ -42,6 +42,8 @@ module taut_constrained_implicit
       logical, allocatable, private :: held(:)
       logical, private :: holding = .false.
       real(wp), allocatable, private :: held_force(:)
+      !> Rows whose push was found last, since the equations came to this dead point: (c).
+      logical, allocatable, private :: held_before(:)
       real(wp), allocatable, private :: phi(:), b_prime(:), psi(:), force(:)
       real(wp), allocatable, private :: real_b(:), base(:), base_w(:), balance(:), of_reactions(:), varied_w(:), step(:), unit(:)
       logical, private :: mass_known = .false.
@@ -104,7 +106,7 @@ contains
       if (.not. allocated(self%tau)) allocate (self%tau(self%n_e), source=0.0_wp)
       call self%lay_out()
       allocate (self%independent(self%c), source=.true.)
-      allocate (self%held(self%c), source=.false.)
+      allocate (self%held(self%c), self%held_before(self%c), source=.false.)
       allocate (self%held_force(self%n_v), source=0.0_wp)
       allocate (self%phi(self%n_phi), self%b_prime(self%c), self%psi(self%c), self%force(self%n_v), self%base(self%n_v), &
                 self%base_w(self%n_w), self%balance(self%n_v), self%of_reactions(self%n_v), self%varied_w(self%n_w), &
@@ -197,8 +199,11 @@ contains
 
       call take(self, ode, t, y)
       associate (at => self%stage, lambda => z(:self%c))
+         ! At a dead point the multipliers are what round-off makes of them; what holds rows there has freedom.
+         ode%integral_counts = count(self%kept) >= self%n_v .and. .not. self%at_dead_point
          if (self%c > 0) call self%model%velocity_rhs(at, self%b_prime)
          ode%integrand = self%model%power(at) - dot_product(lambda, self%b_prime)
+         if (self%holding) ode%integrand = ode%integrand + dot_product(self%held_force, at%v)
          if (self%model%reactive) ode%integrand = ode%integrand + power_of_reactions(self%model, at, lambda)
       end associate
    end subroutine find_integrand
@@ -390,9 +395,12 @@ contains
       call self%model%normalize(self%at%x)
       ! On the constraints, where redundant rows are seen to be.
       call self%projector%position(self%model, self%at, info)
+      if (info == rhs_no_projection) call self%projector%position_again(self%model, self%at, info)
       if (info /= rhs_ok) return
       call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
+      self%at_dead_point = self%c > 1 .and. .not. self%projector%linear%onto%weakest() > 0.0_wp
+      if (.not. (self%holding .or. self%at_dead_point)) self%held_before(:) = .false.
       call self%projector%linear%kept_rows(self%independent)
       self%kept(:) = self%independent .and. .not. self%held
       if (self%holding) call self%projector%linear%keep_rows(self%kept, info)
@@ -515,8 +523,6 @@ contains
       self%kept(:) = self%independent
       call self%projector%linear%leave_out(self%a, self%kept)
       self%held(:) = self%independent .and. .not. self%kept
-      ! How much they push is for the start to find.
-      self%held_force(:) = 0.0_wp
       yields = any(self%held)
       self%holding = yields
    end subroutine yield
@@ -600,6 +606,7 @@ contains
       !> `rhs_ok` or `rhs_retry`.
       integer, intent(out) :: info
       integer :: c, i, n, n_x
+      logical :: goes_on
 
       n = self%n_v
       n_x = self%n_x
@@ -614,7 +621,15 @@ contains
       call self%projector%linear%linearize(self%model, self%at, info, 0.0_wp)
       if (info /= rhs_ok) return
       call self%projector%linear%kept_rows(self%independent)
+      ! At a dead point itself accelerations are what round-off makes of them: what was held on the way there is held on.
+      goes_on = self%holding .and. .not. self%projector%linear%onto%weakest() > 0.0_wp .and. &
+                all(self%held .eqv. self%held_before)
       self%kept(:) = self%independent
+      if (goes_on) then
+         self%kept(:) = self%independent .and. .not. self%held
+      else if (self%holding) then
+         self%held_force(:) = 0.0_wp
+      end if
       z(:2*c) = 0.0_wp
       ydot(:) = 0.0_wp
       if (self%n_e > 0 .and. first) then
@@ -653,9 +668,10 @@ contains
       if (info /= rhs_ok) return
       call self%model%x_rate(self%at, self%at%v, ydot(:n_x))
       ydot(n_x + 1:n_x + n) = self%real_x(:n)
-      if (self%holding) then
+      if (self%holding .and. .not. goes_on) then
          call find_held_force(self, ode, z(:c), info)
          if (info /= rhs_ok) return
+         self%held_before(:) = self%held
       end if
       if (self%n_w > 0) call self%model%w_rate(self%at, ydot(n_x + n + 1:))
       if (ode%has_integral) call self%find_integrand(ode, t, y, z)

@@ -400,8 +400,7 @@ contains
          class(normal_solver_t), intent(inout) :: onto
          logical, intent(in) :: rows(:)
 
-         call onto%keep(rows)
-         onto%revision = -1
+         call onto%keep_for_now(rows)
          call onto%factorize(self%a, self%w, self%identity, info)
       end subroutine factorize_rows
 

@@ -11,6 +11,9 @@ module taut_linalg_normal_solver
    private
    public :: normal_solver_t
 
+   !> The revision of rows that are kept for now.
+   integer, parameter :: for_now = -1
+
    !> One way to solve S x = r.
    !!
    !! What every solver promises, for any number of rows, none included, and any rank:
@@ -43,6 +46,9 @@ module taut_linalg_normal_solver
       !> Whether nothing was factorized with the kept rows so far; a pivot that is zero to them, relative to its diagonal entry.
       logical :: is_new = .true.
       real(wp) :: cut = least_of_independent
+      !> Selection and cut from before `keep_for_now`.
+      integer, private :: revision_before = -1
+      real(wp), private :: cut_before = least_of_independent
       !> Workspace of a refinement: multipliers, violations, (c); displacements, (n).
       real(wp), allocatable, private :: along(:), left(:), more(:), moved(:), of_moved(:)
    contains
@@ -50,6 +56,8 @@ module taut_linalg_normal_solver
       procedure, non_overridable :: set_sizes
       procedure, non_overridable :: set_kept
       procedure :: keep
+      procedure, non_overridable :: keep_for_now
+      procedure, non_overridable :: keep_selected
       procedure :: pass_over
       procedure(factorize), deferred :: factorize
       procedure(multipliers), deferred :: multipliers
@@ -157,6 +165,39 @@ contains
 
       call self%set_kept(kept)
    end subroutine keep
+
+   !> Takes fewer rows than are independent, until `keep_selected` or another `keep`.
+   subroutine keep_for_now(self, kept)
+      !> The solver.
+      class(normal_solver_t), intent(inout) :: self
+      !> Which they are: (c).
+      logical, intent(in) :: kept(:)
+
+      if (self%revision /= for_now) then
+         self%revision_before = self%revision
+         self%cut_before = self%cut
+      end if
+      call self%keep(kept)
+      self%revision = for_now
+   end subroutine keep_for_now
+
+   !> Takes the rows of a selection; if they are those from before `keep_for_now`, with what was learned of them.
+   subroutine keep_selected(self, kept, revision)
+      !> The solver, after `init`.
+      class(normal_solver_t), intent(inout) :: self
+      !> Which they are: (c).
+      logical, intent(in) :: kept(:)
+      !> Which of the selections of a `rank_keeper_t` that is.
+      integer, intent(in) :: revision
+      logical :: known
+
+      known = self%revision == for_now .and. self%revision_before == revision
+      call self%keep(kept)
+      self%revision = revision
+      if (.not. known) return
+      self%is_new = .false.
+      call self%pass_over(self%cut_before)
+   end subroutine keep_selected
 
    !> States which pivots, relative to their diagonal entries of S, are passed over from the next `factorize` on.
    subroutine pass_over(self, cut)

@@ -136,8 +136,7 @@ contains
       !> The solver.
       class(normal_solver_t), intent(inout) :: solver
 
-      call solver%keep(self%kept)
-      solver%revision = self%revision
+      call solver%keep_selected(self%kept, self%revision)
    end subroutine hand_over
 
    !> Decides where no selection holds, and tells a solver the rows.

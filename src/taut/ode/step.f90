@@ -167,6 +167,7 @@ contains
       !> One of the `rhs_` constants.
       integer, intent(out) :: info
       real(wp) :: integrand
+      logical :: vain
 
       self%t_new = t_new
       self%h_tried = h
@@ -177,8 +178,9 @@ contains
       associate (s => self%stepper)
          call self%control%decide_by_integral(h, s%gain_error, ode%integral_scale + self%moved + abs(s%gain) + &
                                               0.5_wp*abs(h)*(abs(s%integrand_before) + abs(s%integrand_behind)), &
-                                              ode%integral_unit, h_next, accepted)
-         if (.not. accepted) s%integrand_behind = integrand
+                                              ode%integral_unit, h_next, accepted, vain)
+         if (.not. accepted .or. vain) s%integrand_behind = integrand
+         if (vain) s%gain = h*integrand
       end associate
    end subroutine try
 
@@ -198,6 +200,7 @@ contains
 
       self%t = self%t_new
       self%h = h_next
+      call self%control%step_on()
       self%integral = self%integral + self%stepper%gain
       self%integral_error = self%integral_error + self%stepper%gain_error
       self%moved = self%moved + abs(self%stepper%gain)

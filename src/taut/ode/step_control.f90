@@ -41,6 +41,8 @@ module taut_ode_step_control
       logical, private :: rms = .true.
       real(wp), private :: previous_error = 1.0e-4_wp
       logical, private :: last_rejected = .false.
+      !> Error of the integral for which the last try from here was refused, 0 if none was; length of the first of these [s].
+      real(wp), private :: error_refused = 0.0_wp, h_refused = 0.0_wp
       real(wp), allocatable, private :: atol(:)
       !> Entries that have a part in the norm: those of a tolerance that is not endless.
       integer, private :: counted = 0
@@ -52,6 +54,7 @@ module taut_ode_step_control
       procedure, non_overridable :: largest
       procedure, non_overridable :: decide
       procedure, non_overridable :: decide_by_integral
+      procedure, non_overridable :: step_on
       procedure, non_overridable :: reduce
       procedure, non_overridable :: serialize
    end type step_control_t
@@ -124,6 +127,7 @@ contains
 
       self%previous_error = 1.0e-4_wp
       self%last_rejected = .false.
+      self%error_refused = 0.0_wp
    end subroutine renew
 
    !> A vector in units of the tolerance: rms or largest of d_i/(atol_i + rtol max(|y0_i|, |y1_i|)).
@@ -273,7 +277,7 @@ contains
    end subroutine decide
 
    !> Judges a step that holds by an integral that goes along; only the standard control does.
-   pure subroutine decide_by_integral(self, h, error, amount, unit, h_next, accepted)
+   pure subroutine decide_by_integral(self, h, error, amount, unit, h_next, accepted, vain)
       !> The controller, whose memory is brought up to date.
       class(step_control_t), intent(inout) :: self
       !> Step [s].
@@ -288,16 +292,39 @@ contains
       real(wp), intent(inout) :: h_next
       !> Whether the step holds.
       logical, intent(out) :: accepted
+      !> Whether it does for shorter ones are of no use: what there is of an integrand at its end is round-off.
+      logical, intent(out) :: vain
       real(wp) :: factor, ratio
 
       accepted = .true.
+      vain = .false.
       if (self%kind /= standard .or. .not. error > 0.0_wp) return
       ratio = min(error/max(self%rtol*amount + minval(self%atol)*unit, tiny(1.0_wp)), 1.0e100_wp)
       accepted = ratio <= 1.0_wp
+      if (.not. accepted) then
+         ! An error that does not fall with the step is round-off of the integrand, which no shorter step makes smaller: the one that
+         ! was refused first was no worse, and the next one may be longer.
+         vain = self%error_refused > 0.0_wp .and. error >= self%error_refused
+         accepted = vain
+         if (vain) then
+            h_next = sign(max(abs(h_next), 2.0_wp*abs(self%h_refused)), h)
+            return
+         end if
+         if (.not. self%error_refused > 0.0_wp) self%h_refused = h
+         self%error_refused = error
+         self%last_rejected = .true.
+      end if
       factor = max(self%constants%largest_decrease, safety/ratio**self%power)
       if (factor*abs(h) < abs(h_next)) h_next = factor*h
-      if (.not. accepted) self%last_rejected = .true.
    end subroutine decide_by_integral
+
+   !> A step holds: what was refused on the way there is forgotten.
+   pure subroutine step_on(self)
+      !> The controller.
+      class(step_control_t), intent(inout) :: self
+
+      self%error_refused = 0.0_wp
+   end subroutine step_on
 
    !> The next try after a step that failed for another reason than its error.
    pure subroutine reduce(self, h)
@@ -319,6 +346,8 @@ contains
 
       call archive%item('previous error', self%previous_error)
       call archive%item('last rejected', self%last_rejected)
+      call archive%item('error of the integral refused', self%error_refused)
+      call archive%item('step refused for the integral', self%h_refused)
    end subroutine serialize
 
 end module taut_ode_step_control

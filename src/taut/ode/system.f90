@@ -96,6 +96,8 @@ module taut_ode_system
       integer :: n = 0, n_z = 0
       !> Evaluations of the residual, or of the right-hand side.
       integer :: evaluations = 0
+      !> Whether the last linearization was at a dead point.
+      logical :: at_dead_point = .false.
    contains
       procedure(start_equations), deferred :: start
       procedure(residual_of_stage), deferred :: residual

@@ -37,6 +37,7 @@ module taut_ode_stepper_implicit
       procedure, non_overridable :: begin
       procedure, non_overridable :: improve
       procedure, non_overridable :: give_up
+      procedure, non_overridable :: shorten
       procedure, non_overridable :: limit
       procedure, non_overridable :: advance
    end type implicit_stepper_t
@@ -127,10 +128,22 @@ contains
       real(wp), intent(out) :: h_next
 
       self%cap = cap_after_failure*abs(h)
+      call self%shorten(h, h_next)
+   end subroutine give_up
+
+   !> Prepares a shorter try after one whose end the system refuses: that says nothing of how long steps may be behind it.
+   pure subroutine shorten(self, h, h_next)
+      !> The stepper.
+      class(implicit_stepper_t), intent(inout) :: self
+      !> Length of the try [s].
+      real(wp), intent(in) :: h
+      !> Length of the next one [s].
+      real(wp), intent(out) :: h_next
+
       h_next = 0.5_wp*h
       call self%newton%drop()
       self%rejected = .true.
-   end subroutine give_up
+   end subroutine shorten
 
    !> The length of the next step: the same where more is not worth other factors, and no longer than a failure allows.
    pure subroutine limit(self, h, h_next)

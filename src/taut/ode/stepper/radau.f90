@@ -141,16 +141,21 @@ contains
             call self%give_up(h, h_next)
             return
          end if
+         if (self%newton%equations%at_dead_point) then
+            call hold(self, ode, t, y, h, yields, info)
+            if (yields) cycle
+            if (info /= rhs_ok) then
+               call self%give_up(h, h_next)
+               return
+            end if
+         end if
          call iterate(self, ode, control, t, y, t_new, h, converged, info)
          call self%newton%count(self%work)
          if (converged .and. .not. self%newton%doubtful) exit
          if (info == rhs_failed .or. info == rhs_cannot) return
          if (converged .or. (self%newton%fresh .and. info == rhs_ok)) then
-            call self%newton%yield(ode, t, h, y, self%ydot, self%z, yields, info)
-            if (yields .and. info == rhs_ok) then
-               if (self%has_history) self%z_last(:, :) = spread(self%z, 2, 3)
-               cycle
-            end if
+            call hold(self, ode, t, y, h, yields, info)
+            if (yields) cycle
             converged = converged .and. info == rhs_ok
          end if
          if (converged) exit
@@ -167,12 +172,21 @@ contains
          call judge(self, ode, control, y, y_new, h, accepted, h_next)
          if (.not. accepted) return
       end if
+      ! Behind the last correction: what the residual was computed with is off by that.
+      if (ode%has_integral) then
+         do i = 1, 3
+            call at_stage(self, y, h, i)
+            call self%newton%equations%find_integrand(ode, merge(t_new, t + c(i)*h, i == 3), self%state, self%z_stage(:, i))
+            self%integrand(i) = ode%integrand
+         end do
+         call self%newton%count(self%work)
+      end if
       self%y_start(:) = y
       self%state(:) = y_new
       call ode%project(t_new, y_new, step_end, stale, info)
       if (info /= rhs_ok) then
          accepted = .false.
-         call self%give_up(h, h_next)
+         call self%shorten(h, h_next)
          return
       end if
       if (self%newton%yields) then
@@ -195,6 +209,8 @@ contains
          end if
          ! What was held has no history.
          call self%newton%start(ode, t_new, y_new, .false., self%ydot_new, self%z_stage(:, 3), self%work, info)
+         ! In a step that holds something there is freedom.
+         ode%integral_counts = .false.
          if (info /= rhs_ok) then
             accepted = .false.
             call self%give_up(h, h_next)
@@ -203,20 +219,25 @@ contains
       end if
       self%shift(:) = y_new - self%state
       self%h_try = h
-      ! Behind the last correction: what the residual was computed with is off by that.
-      if (ode%has_integral) then
-         do i = 1, 3
-            call at_stage(self, y, h, i)
-            call self%newton%equations%find_integrand(ode, merge(t_new, t + c(i)*h, i == 3), self%state, self%z_stage(:, i))
-            self%integrand(i) = ode%integrand
-         end do
-         call self%newton%count(self%work)
-      end if
       self%gain = h*dot_product(b, self%integrand)
       self%gain_error = abs(self%gain - h*(self%integrand_behind*b_low(1) + dot_product(b_low(2:), self%integrand(:2))))
       self%integrand_before = self%integrand_behind
       self%integrand_behind = self%integrand(3)
    end subroutine try
+
+   !> Lets the equations hold what hampers the step, if there is anything; that has no history.
+   subroutine hold(self, ode, t, y, h, yields, info)
+      type(radau_t), intent(inout) :: self
+      class(ode_system_t), intent(inout) :: ode
+      real(wp), intent(in) :: t, h
+      real(wp), intent(in), contiguous :: y(:)
+      logical, intent(out) :: yields
+      integer, intent(out) :: info
+
+      call self%newton%yield(ode, t, h, y, self%ydot, self%z, yields, info)
+      yields = yields .and. info == rhs_ok
+      if (yields .and. self%has_history) self%z_last(:, :) = spread(self%z, 2, 3)
+   end subroutine hold
 
    !> What the projection has tolerated of what was held is taken back, if it is more than round-off would make anyway.
    subroutine take_back(self, ode, control, t_new, h, y, y_new, told)
