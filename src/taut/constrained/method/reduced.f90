@@ -157,7 +157,7 @@ contains
       associate (n_x => self%model%n_x)
          call self%reduction%widen(self%core%at, y(:n_x), y(n_x + 1:))
       end associate
-      self%whole_y(:) = y
+      if (self%reduction%narrows) self%whole_y(:) = y
       if (place == inside_step) return
       self%step_end%phi = self%core%step_end%phi
       self%step_end%phidot = self%core%step_end%phidot
@@ -174,7 +174,7 @@ contains
 
       call take(self, error, self%dy)
       associate (n_x => self%core%model%n_x)
-         call self%reduction%narrow_change(self%core%at, self%dy(:n_x), self%dy(n_x + 1:))
+         if (self%reduction%narrows) call self%reduction%narrow_change(self%core%at, self%dy(:n_x), self%dy(n_x + 1:))
       end associate
       call self%core%filter_error(self%dy)
       call put_back(self, self%dy, error)
@@ -321,6 +321,10 @@ contains
       real(wp), intent(in), contiguous :: y(:)
       integer :: i
 
+      if (.not. self%reduction%narrows) then
+         call take(self, y, self%y)
+         return
+      end if
       do i = 1, size(y)
          if (.not. abs(y(i) - self%whole_y(i)) <= 0.0_wp) exit
       end do

@@ -17,6 +17,8 @@ module taut_constrained_system_reducible
       class(mechanical_system_t), allocatable :: system
       !> Which coordinates, velocities and constraints of the whole system those of the smaller one are.
       integer, allocatable :: x(:), v(:), row(:)
+      !> Whether one of its coordinates or velocities is not that of the whole system by itself, so that `narrow` is to be asked.
+      logical :: narrows = .false.
    contains
       procedure :: narrow => keep_state
       procedure :: narrow_change => keep_change

@@ -400,6 +400,7 @@ contains
             part%members(1) = member_of(self, plan, b)
          end associate
       end do
+      parts%narrows = any([(all(parts%parts(i)%kind /= [0, body_pinned]), i=1, n)])
       do i = 1, size(plan%followers)
          b = plan%followers(i)
          k = plan%root(b)
