@@ -30,6 +30,7 @@ contains
                new_test('its own steps', controlled), &
                new_test('a stiff spring costs the same at any stiffness', stiff_spring), &
                new_test('multipliers do not feel a short step', short_steps), &
+               new_test('fixed steps are the same at any tolerance', any_tolerance), &
                new_test('refused where it does not belong', refused)]
    end function collect_generalized_alpha
 
@@ -279,6 +280,30 @@ contains
          call check_below(failure, s%phidot, 1.0e-9_wp, 'velocities')
       end do
    end subroutine short_steps
+
+   !> What is left by the iteration adds up over the steps: it has to be far below their own error, of 3e-5 m here, and is not the
+   !! tolerance's.
+   subroutine any_tolerance(failure)
+      character(:), allocatable, intent(inout) :: failure
+      real(wp), parameter :: tolerances(*) = [1.0e-3_wp, 1.0e-6_wp, 1.0e-12_wp]
+      type(state_t) :: at, fine
+      type(sample_t) :: s
+      type(pendulum_t) :: pendulum
+      type(integration_options_t) :: options
+      type(error_t), allocatable :: error
+      integer :: i
+
+      call new_pendulum(pendulum, 1.0_wp, 1.0_wp, g, 1, error)
+      call run(pendulum, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], [real(wp) ::], 5.0_wp, steps_of(1.0e-3_wp), levels(2), fine, s, &
+               failure)
+      options = steps_of(1.0e-3_wp)
+      do i = 1, size(tolerances)
+         options%rtol = tolerances(i)
+         options%atol = 1.0e-3_wp*sqrt(tolerances(i))
+         call run(pendulum, [1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], [real(wp) ::], 5.0_wp, options, levels(2), at, s, failure)
+         call check_below(failure, maxval(abs(at%x - fine%x)), 1.0e-6_wp, 'what the tolerance changes')
+      end do
+   end subroutine any_tolerance
 
    subroutine refused(failure)
       character(:), allocatable, intent(inout) :: failure

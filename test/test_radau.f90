@@ -74,7 +74,7 @@ contains
       logical :: converged
 
       control%rtol = 1.0e-6_wp
-      call newton%begin(control)
+      call newton%begin(control, [1.0_wp])
       call newton%judge_round_off(0.5_wp, 0.5_wp, converged)
       call check(failure, converged, 'what round-off makes of the matrix')
       call newton%judge_round_off(0.5_wp, 0.1_wp, converged)
@@ -82,7 +82,7 @@ contains
       call newton%judge_round_off(1.0e5_wp, 1.0e5_wp, converged)
       call check(failure, .not. converged, 'a tenth of the state is no round-off')
       control%rtol = 1.0e-12_wp
-      call newton%begin(control)
+      call newton%begin(control, [1.0_wp])
       call newton%judge_round_off(1.0e3_wp, 1.0e3_wp, converged)
       call check(failure, converged, 'a billionth of the state, where equations are singular')
    end subroutine round_off_alone

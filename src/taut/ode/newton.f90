@@ -302,11 +302,13 @@ contains
    end subroutine yield
 
    !> Before the first iteration of a step.
-   pure subroutine begin(self, control)
+   pure subroutine begin(self, control, y)
       !> The iteration.
       class(newton_t), intent(inout) :: self
       !> The tolerance of the errors, of which this is a part.
       type(step_control_t), intent(in) :: control
+      !> The state, of which fixed steps keep all places: (n).
+      real(wp), intent(in), contiguous :: y(:)
 
       self%used = 0
       self%doubtful = .false.
@@ -314,7 +316,13 @@ contains
       self%change_before = 0.0_wp
       self%contraction_before = self%contraction
       self%eta_before = self%eta
-      self%tolerance = max(10.0_wp*epsilon(1.0_wp)/control%rtol, min(3.0e-3_wp, sqrt(control%rtol)))
+      if (control%fixed) then
+         ! Errors of fixed steps are not known, and may be far below the tolerance: those of the iteration must not be seen.
+         self%eta = 1.0_wp
+         self%tolerance = control%last_places(y)
+      else
+         self%tolerance = max(10.0_wp*epsilon(1.0_wp)/control%rtol, min(3.0e-3_wp, sqrt(control%rtol)))
+      end if
       self%most_round_off = max(1.0_wp, sqrt(epsilon(1.0_wp))/control%rtol)
    end subroutine begin
 
@@ -335,8 +343,9 @@ contains
       hopes = .false.
       if (.not. change <= hopeless) return
       if (self%used == 1) then
-         ! What is left then, as the step before has it.
-         converged = max(self%eta**0.8_wp, least_trust)*change <= self%tolerance
+         ! What is left then, as the step before has it; that is trusted less with every step that shows nothing of it.
+         self%eta = max(self%eta, least_trust)**0.8_wp
+         converged = max(self%eta, least_trust)*change <= self%tolerance
       else
          theta = change/max(self%change_before, tiny(1.0_wp))
          if (self%used > 2) theta = sqrt(theta*self%contraction)

@@ -50,6 +50,7 @@ module taut_ode_step_control
       procedure, non_overridable :: init
       procedure, non_overridable :: renew
       procedure, non_overridable :: norm
+      procedure, non_overridable :: last_places
       procedure, non_overridable :: cautious_start
       procedure, non_overridable :: largest
       procedure, non_overridable :: decide
@@ -60,6 +61,24 @@ module taut_ode_step_control
    end type step_control_t
 
 contains
+
+   !> Ten units in the last place of a state, as the norm has them; where the absolute tolerance is above the relative one, entries
+   !! below 1 count as 1.
+   pure function last_places(self, y) result(size_of_them)
+      !> The control, initialized.
+      class(step_control_t), intent(in) :: self
+      !> The state: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> The largest of any entry.
+      real(wp) :: size_of_them
+      integer :: i
+
+      size_of_them = 0.0_wp
+      do i = 1, size(y)
+         size_of_them = max(size_of_them, 10.0_wp*epsilon(1.0_wp)*(abs(y(i)) + min(1.0_wp, self%atol(i)/self%rtol))/ &
+                            (self%atol(i) + self%rtol*abs(y(i))))
+      end do
+   end function last_places
 
    !> Sets the controller up.
    subroutine init(self, n, options, order, constants, error)

@@ -285,7 +285,7 @@ contains
       ! vdot_new and v_new move together: (1 - alpha_m)/((1 - alpha_f) gamma h).
       of_velocities = (1.0_wp - self%alpha_m)/((1.0_wp - self%alpha_f)*self%gamma*h)
       converged = .false.
-      call self%newton%begin(control)
+      call self%newton%begin(control, self%y)
       do
          self%work%iterations = self%work%iterations + 1
          call self%newton%equations%residual(ode, t_new, self%y, self%ydot, self%z_new, self%r, info)

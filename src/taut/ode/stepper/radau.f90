@@ -385,7 +385,7 @@ contains
       logical :: hopes
 
       converged = .false.
-      call self%newton%begin(control)
+      call self%newton%begin(control, y)
       do
          self%work%iterations = self%work%iterations + 1
          do i = 1, 3
