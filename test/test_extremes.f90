@@ -47,6 +47,8 @@ contains
       tests = [new_test('the pull at the bottom of a swing', at_the_bottom), &
                new_test('sizes of reactions are those of their multipliers', sizes), &
                new_test('between the ends of long steps', inside_steps), &
+               new_test('inside a long first step', inside_first_step), &
+               new_test('no row is above the largest', rows_count), &
                new_test('in a window', in_window), &
                new_test('behind a jump of a load', behind_jump), &
                new_test('at both ends of the motion', at_the_ends), &
@@ -215,6 +217,35 @@ contains
       call check_close(failure, sin(10.0_wp*extreme(recorder, 'm.x_max_t')), 0.8_wp, 5.0e-3_wp, 'time of the largest')
       call check_close(failure, extreme(recorder, 'E_max'), 25.0_wp, 1.0e-5_wp, 'energy')
    end subroutine inside_steps
+
+   !> The same amplitude inside the very first step, which need not be short behind a start or a breakpoint.
+   subroutine inside_first_step(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(recorder_t) :: recorder
+      type(simulation_t) :: simulation
+
+      call run_case(oscillator//'&integration t_end=0.12 first_step=0.12 rtol=1e-4 atol=1e-4 integrator="dop853" /'//lf// &
+                    '&output dt=1 / &extreme column="m.x" /', failure, recorder, simulation)
+      if (allocated(failure)) return
+      call check(failure, simulation%result%steps == 1, 'there is but one step')
+      call check_close(failure, extreme(recorder, 'm.x_max'), 0.5_wp, 1.0e-4_wp, 'largest')
+   end subroutine inside_first_step
+
+   !> A load across the rail, of which steps along it know nothing, has its peaks where rows are.
+   subroutine rows_count(failure)
+      character(:), allocatable, intent(inout) :: failure
+      type(recorder_t) :: recorder
+      type(simulation_t) :: simulation
+
+      call run_case('&mechanism planar=.true. /'//lf//'&body name="m" mass=2 inertia=1 position=0,0 /'//lf// &
+                    '&joint name="rail" type="prismatic" body_2="m" point=0,0 axis=1,0,0 /'//lf// &
+                    '&function name="hum" kind="sine" amplitude=1 frequency=100 /'//lf// &
+                    '&force body="m" value=0,30 function="hum" /'//lf// &
+                    '&integration t_end=1 integrator="dop853" / &output dt=0.0025 /', failure, recorder, simulation)
+      if (allocated(failure)) return
+      call check(failure, simulation%result%steps < 50, 'the steps are long')
+      call check_close(failure, extreme(recorder, 'rail.force_max'), 30.0_wp, 1.0e-6_wp, 'force of the rail')
+   end subroutine rows_count
 
    !> Between two times the motion is monotone: extremes are at the ends.
    subroutine in_window(failure)

@@ -1,5 +1,5 @@
 !> Largest and smallest values of columns over a whole motion: at the end of every step, whatever is written, and where a value may
-!! be larger inside a step than at its ends, at up to three places in it.
+!! be larger inside a step than at its ends, at up to three places in it; and wherever a row is written.
 !!
 !! Nothing of it counts as work of the method, or has a part in the motion.
 module taut_case_extremes
@@ -64,6 +64,7 @@ module taut_case_extremes
    contains
       procedure :: init
       procedure :: follow
+      procedure :: see
       procedure :: names
       procedure :: fields
       procedure :: serialize
@@ -271,7 +272,7 @@ contains
 
       subroutine at_state(y)
          real(wp), intent(in), contiguous :: y(:)
-         integer :: i, j
+         integer :: i
 
          if (self%whole) then
             call step%tell_integral(ode, t)
@@ -284,15 +285,7 @@ contains
             return
          end if
          do i = 1, self%n
-            if (self%column(i) > 0) then
-               values(i) = column_value(self%column(i), self%states, t, step%h_tried, y, self%sample)
-            else
-               values(i) = 0.0_wp
-               do j = self%vector(1, i), self%vector(2, i)
-                  values(i) = values(i) + self%sample%lambda(self%multipliers(j))**2
-               end do
-               values(i) = sqrt(values(i))
-            end if
+            values(i) = value_of(self, i, t, step%h_tried, y, self%sample)
          end do
       end subroutine at_state
 
@@ -305,6 +298,48 @@ contains
       end subroutine refuse
 
    end subroutine evaluate
+
+   !> Looks at a point that is written.
+   subroutine see(self, t, h, y, sample)
+      !> The extremes.
+      class(extremes_t), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> The step [s].
+      real(wp), intent(in) :: h
+      !> State: (n).
+      real(wp), intent(in), contiguous :: y(:)
+      !> All of its sample.
+      type(sample_t), intent(in) :: sample
+      real(wp) :: value
+      integer :: i
+
+      do i = 1, self%n
+         if (t < self%asked(i)%from .or. t > self%asked(i)%to) cycle
+         value = value_of(self, i, t, h, y, sample)
+         if (ieee_is_finite(value)) call try(self, i, t, value)
+      end do
+   end subroutine see
+
+   !> The value of a column, or the size of a vector.
+   pure real(wp) function value_of(self, i, t, h, y, sample) result(value)
+      type(extremes_t), intent(in) :: self
+      integer, intent(in) :: i
+      real(wp), intent(in) :: t, h
+      real(wp), intent(in), contiguous :: y(:)
+      type(sample_t), intent(in) :: sample
+      integer :: j
+
+      if (self%column(i) > 0) then
+         value = column_value(self%column(i), self%states, t, h, y, sample)
+         return
+      end if
+      value = 0.0_wp
+      do j = self%vector(1, i), self%vector(2, i)
+         value = value + sample%lambda(self%multipliers(j))**2
+      end do
+      value = sqrt(value)
+   end function value_of
 
    !> Takes a value for what is followed, and for an extreme if it is one.
    pure subroutine keep(self, i, t, value)
@@ -337,17 +372,18 @@ contains
    end subroutine try
 
    !> Whether a value may be more of an extreme inside the step than at its ends: by the tangents at both ends of the parabola
-   !! through them and the place before, made steeper by what neighboring slopes differ.
+   !! through them and the place before, made steeper by what neighboring slopes differ. Where there is no place before, behind a
+   !! start or a jump, it always may: such a step need not be short.
    pure logical function may_be_inside(self, i, k) result(answer)
       type(extremes_t), intent(in) :: self
       integer, intent(in) :: i, k
       real(wp) :: before, bend, first, h, last, slope, top, va, vb
 
       answer = .false.
-      ! The first step behind a start or a jump is short.
-      if (self%known(i) < 2) return
       h = self%ends(i) - self%t_past(2, i)
-      if (.not. abs(h) > 0.0_wp .or. .not. ieee_is_finite(self%behind(i))) return
+      if (self%known(i) == 0 .or. .not. abs(h) > 0.0_wp .or. .not. ieee_is_finite(self%behind(i))) return
+      answer = self%known(i) == 1
+      if (answer) return
       va = signs(k)*self%past(2, i)
       vb = signs(k)*self%behind(i)
       ! Rises over a step: before it, and over it.

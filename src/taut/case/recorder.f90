@@ -170,6 +170,7 @@ contains
          return
       end select
 
+      call self%extremes%see(t, h, y, self%sample)
       if (self%csv%is_open()) call write_point()
       associate (s => self%sample)
          self%points = self%points + 1
