@@ -5,6 +5,8 @@ module test_restart
    use taut, only: archive_t, error_t, integration_options_t, mechanical_system_t, method_names, method_t, pause_t, &
                    simulation_t, state_t, status_interrupted, tabulated_system_t, trajectory_t, wp
    use taut_constrained_model_events, only: model_events_t
+   use taut_error, only: to_text
+   use taut_model_n_four_bar, only: n_four_bar_t, new_n_four_bar
    use taut_model_pendulum, only: new_pendulum, pendulum_t
    use taut_model_swing, only: new_swing_beam, swing_beam_t, swing_data_t
    use testing, only: check, new_test, no_error, test_t
@@ -27,6 +29,7 @@ contains
 
       tests = [new_test('every method continues bit for bit', every_method), &
                new_test('every step control and output continues', every_control), &
+               new_test('singular positions are passed as without a pause', singular_positions), &
                new_test('breakpoints, other states, quaternions and redundancy continue', systems_continue), &
                new_test('the swing and its events continue', swing_continues), &
                new_test('a backward integration continues', backward), &
@@ -208,6 +211,29 @@ contains
       options%integrator = 'generalized-alpha'
       call compare('coupler, generalized-alpha', new_coupler(3), at, 1.0_wp, method_t(), options, failure)
    end subroutine systems_continue
+
+   !> Rows are held near the flat positions of a four-bar, and passed over.
+   subroutine singular_positions(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(6), parameter :: integrators(*) = ['dopri5', 'dop853']
+      integer, parameter :: digits(*) = [6, 9, 12]
+      type(n_four_bar_t) :: model
+      type(state_t) :: at
+      type(error_t), allocatable :: error
+      integer :: i, j
+
+      call new_n_four_bar(model, 2, 1.0_wp, 1.0_wp, 9.81_wp, error)
+      call no_error(failure, error)
+      if (allocated(failure)) return
+      call model%start(0.0_wp, 1.0_wp, at)
+      do i = 1, size(integrators)
+         do j = 1, size(digits)
+            call compare(trim(integrators(i))//', tolerance 1e-'//to_text(digits(j)), model, at, 3.0_wp, method_t(), &
+                         integration_options_t(integrator=integrators(i), rtol=10.0_wp**(-digits(j)), &
+                                               atol=10.0_wp**(-digits(j) - 3)), failure)
+         end do
+      end do
+   end subroutine singular_positions
 
    subroutine swing_continues(failure)
       character(:), allocatable, intent(inout) :: failure

@@ -14,7 +14,7 @@ module taut_constrained_linearization
    use taut_ode_system, only: rhs_ok, rhs_retry
    implicit none (type, external)
    private
-   public :: linearization_t
+   public :: linearization_t, solver_through
    public :: no_reason, not_converged, inconsistent, not_finite, weight_not_positive, wrong_branch
 
    !> Why a projection failed.
@@ -423,15 +423,17 @@ contains
       !> The archive.
       type(archive_t), intent(inout) :: archive
 
-      call keeper_through(archive, 'rank', self%keeper)
-      if (.not. self%all_holonomic) call keeper_through(archive, 'rank of holonomic rows', self%keeper_of_holonomic)
+      call keeper_through(archive, 'rank', self%keeper, self%onto)
+      if (.not. self%all_holonomic) &
+         call keeper_through(archive, 'rank of holonomic rows', self%keeper_of_holonomic, self%onto_holonomic)
    end subroutine serialize
 
-   !> The same for one of the two.
-   subroutine keeper_through(archive, name, keeper)
+   !> The same for one of the two, with what its solver has learned of the rows.
+   subroutine keeper_through(archive, name, keeper, onto)
       type(archive_t), intent(inout) :: archive
       character(*), intent(in) :: name
       type(rank_keeper_t), intent(inout) :: keeper
+      class(normal_solver_t), intent(inout) :: onto
       real(wp) :: kept(size(keeper%kept)), stretch(size(keeper%selection%rows%stretch))
 
       call archive%item(name//' is held', keeper%holds)
@@ -442,6 +444,7 @@ contains
       kept = merge(1.0_wp, 0.0_wp, keeper%kept)
       call archive%item(name//' is made of rows', kept)
       call keeper%restore(kept > 0.0_wp)
+      call archive%item(name//' selection', keeper%revision)
       kept = merge(1.0_wp, 0.0_wp, keeper%kept_before)
       call archive%item(name//' was made of rows', kept)
       keeper%kept_before(:) = kept > 0.0_wp
@@ -454,6 +457,37 @@ contains
       call archive%item(name//' stretch of columns', stretch)
       keeper%selection%rows%stretch(:, :) = reshape(stretch, shape(keeper%selection%rows%stretch))
       call archive%list(name//' changes', keeper%changes)
+      call solver_through(archive, name, onto)
    end subroutine keeper_through
+
+   !> Passes through an archive which rows a solver keeps, and what it has learned of them; it factorizes anew.
+   subroutine solver_through(archive, name, solver)
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+      !> What of.
+      character(*), intent(in) :: name
+      !> The solver, initialized.
+      class(normal_solver_t), intent(inout) :: solver
+      integer :: revision
+      logical :: is_new
+      real(wp) :: cut, kept(solver%c)
+
+      kept = merge(1.0_wp, 0.0_wp, solver%kept)
+      revision = solver%revision
+      is_new = solver%is_new
+      cut = solver%cut
+      call archive%item(name//' solver has rows', kept)
+      call archive%item(name//' solver has selection', revision)
+      call archive%item(name//' solver is new', is_new)
+      call archive%item(name//' solver passes over', cut)
+      call archive%item(name//' solver refines', solver%refinements)
+      call archive%item(name//' solver had selection', solver%revision_before)
+      call archive%item(name//' solver passed over', solver%cut_before)
+      if (.not. archive%reading .or. allocated(archive%error)) return
+      call solver%keep(kept > 0.0_wp)
+      solver%revision = revision
+      solver%is_new = is_new
+      call solver%pass_over(cut)
+   end subroutine solver_through
 
 end module taut_constrained_linearization

@@ -1,8 +1,10 @@
 !> M where a system is, and the reduced mass matrix M~ = (A M^-1 A^T)^+ of Eq. (20), with what they give: accelerations,
 !! multipliers, corrections.
 module taut_constrained_mass
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_constrained_completion, only: completion_t
+   use taut_constrained_linearization, only: solver_through
    use taut_constrained_method_options, only: method_t
    use taut_constrained_projection, only: projector_t
    use taut_constrained_system, only: mechanical_system_t, state_t
@@ -48,6 +50,7 @@ module taut_constrained_mass
       procedure, non_overridable :: complete
       procedure, non_overridable :: least_norm
       procedure, non_overridable :: explain
+      procedure, non_overridable :: serialize
    end type mass_t
 
 contains
@@ -291,5 +294,15 @@ contains
                                      trim(velocity_name(model, self%bad_row))//': one that is singular '// &
                                      'needs one dense block, A without a pattern and a method with multipliers'
    end subroutine explain
+
+   !> Passes through an archive what is remembered of the rank from one step to the next.
+   subroutine serialize(self, archive)
+      !> The mass matrix.
+      class(mass_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      if (allocated(self%reduced)) call solver_through(archive, 'reduced mass', self%reduced)
+   end subroutine serialize
 
 end module taut_constrained_mass

@@ -589,6 +589,7 @@ contains
       call archive%item('energy of velocities of 1', self%integral_unit)
       call self%blows%serialize(archive)
       call self%projector%serialize(archive)
+      call self%mass%serialize(archive)
       call self%serialize_own(archive)
    end subroutine serialize
 

@@ -47,8 +47,8 @@ module taut_linalg_normal_solver
       logical :: is_new = .true.
       real(wp) :: cut = least_of_independent
       !> Selection and cut from before `keep_for_now`.
-      integer, private :: revision_before = -1
-      real(wp), private :: cut_before = least_of_independent
+      integer :: revision_before = -1
+      real(wp) :: cut_before = least_of_independent
       !> Workspace of a refinement: multipliers, violations, (c); displacements, (n).
       real(wp), allocatable, private :: along(:), left(:), more(:), moved(:), of_moved(:)
    contains
