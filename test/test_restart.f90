@@ -215,7 +215,7 @@ contains
    !> Rows are held near the flat positions of a four-bar, and passed over.
    subroutine singular_positions(failure)
       character(:), allocatable, intent(inout) :: failure
-      character(6), parameter :: integrators(*) = ['dopri5', 'dop853']
+      character(6), parameter :: integrators(*) = ['dopri5', 'dop853', 'radau ']
       integer, parameter :: digits(*) = [6, 9, 12]
       type(n_four_bar_t) :: model
       type(state_t) :: at

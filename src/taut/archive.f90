@@ -9,7 +9,7 @@
 !!     end subroutine serialize
 !!
 !! so that the two directions cannot disagree. Each entry is its kind (one character: `r` real, `i` integer, `l` long integer,
-!! `b` logical, `t` text), the length of its name (32-bit integer), the name, the number of values (64-bit integer) and the
+!! `b` logical, `t` text, `a` archive), the length of its name (32-bit integer), the name, the number of values (64-bit integer) and the
 !! values as the machine has them. An entry that is not the one expected makes `error`, and all that follows is left alone.
 module taut_archive
    use, intrinsic :: iso_fortran_env, only: int8, int32, int64
@@ -31,7 +31,7 @@ module taut_archive
       type(error_t), allocatable :: error
       integer(int64), private :: position = 0
    contains
-      generic :: item => pass_real, pass_reals, pass_integer, pass_long, pass_logical
+      generic :: item => pass_real, pass_reals, pass_integer, pass_long, pass_logical, pass_archive
       !> As `item`, for what is allocated, or not, with the length it had.
       generic :: list => pass_text, pass_real_list, pass_matrix, pass_integer_list
       procedure :: number
@@ -39,7 +39,7 @@ module taut_archive
       procedure :: rewind => rewind_archive
       procedure :: at_end
       procedure, private :: pass_real, pass_reals, pass_integer, pass_long, pass_logical, pass_text, pass_real_list, &
-         pass_matrix, pass_integer_list
+         pass_matrix, pass_integer_list, pass_archive
    end type archive_t
 
 contains
@@ -260,6 +260,29 @@ contains
       end if
       if (count >= 0) call pass_characters(self, value)
    end subroutine pass_text
+
+   !> An archive within the archive, for what is read where it is asked for: all of it, ready to be read when it is restored.
+   subroutine pass_archive(self, name, inner)
+      !> The archive.
+      class(archive_t), intent(inout) :: self
+      !> Name of the entry.
+      character(*), intent(in) :: name
+      !> What is stored or restored; may be empty.
+      type(archive_t), intent(inout) :: inner
+      integer(int64) :: count
+
+      count = inner%length
+      call header(self, 'a', name, count, fixed=.false.)
+      if (allocated(self%error)) return
+      if (self%reading) then
+         call inner%clear()
+         if (count < 0) count = 0
+         inner%bytes = spread(0_int8, 1, int(count))
+         inner%length = count
+         call inner%rewind()
+      end if
+      if (count > 0) call pass_bytes(self, inner%bytes(:count))
+   end subroutine pass_archive
 
    !> What stands before the values of an entry.
    subroutine header(self, kind, name, count, fixed)

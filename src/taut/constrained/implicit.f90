@@ -9,6 +9,7 @@
 !! limit of a large k it is the multiplier of a constraint.
 module taut_constrained_implicit
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_constrained_method_options, only: method_t
    use taut_constrained_jacobian, only: evaluate_jacobian, lay_out_jacobian
@@ -62,6 +63,7 @@ module taut_constrained_implicit
       procedure :: take_back
       procedure :: start
       procedure :: explain
+      procedure :: serialize
    end type implicit_form_t
 
 contains
@@ -743,5 +745,33 @@ contains
       self%f_lambda(:) = 0.0_wp
       if (self%jammed .and. info /= rhs_cannot) info = rhs_not_solved
    end subroutine start_reactions
+
+   !> Passes through an archive what is remembered from one step to the next: of the rank, and of what is held.
+   subroutine serialize(self, archive)
+      !> The form, initialized.
+      class(implicit_form_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      call self%projector%serialize(archive)
+      call archive%item('is at a dead point', self%at_dead_point)
+      call archive%item('holds rows', self%holding)
+      call archive%item('force of held rows', self%held_force)
+      call pass_rows('rows held', self%held)
+      call pass_rows('rows held before', self%held_before)
+
+   contains
+
+      subroutine pass_rows(name, rows)
+         character(*), intent(in) :: name
+         logical, intent(inout) :: rows(:)
+         real(wp) :: chosen(size(rows))
+
+         chosen = merge(1.0_wp, 0.0_wp, rows)
+         call archive%item(name, chosen)
+         rows(:) = chosen > 0.0_wp
+      end subroutine pass_rows
+
+   end subroutine serialize
 
 end module taut_constrained_implicit

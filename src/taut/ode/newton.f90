@@ -8,8 +8,8 @@ module taut_ode_newton
    use taut_ode_stage_equations, only: plain_equations_t
    use taut_ode_step_control, only: step_control_t
    use taut_ode_stepper, only: work_t
-   use taut_ode_system, only: no_trouble, not_converged, not_factorized, not_linearized, ode_system_t, rhs_cannot, rhs_not_solved, &
-                              rhs_ok, rhs_retry, stage_equations_t
+   use taut_ode_system, only: no_trouble, not_converged, not_factorized, not_linearized, ode_system_t, rhs_cannot, rhs_failed, &
+                              rhs_not_solved, rhs_ok, rhs_retry, stage_equations_t
    implicit none (type, external)
    private
    public :: newton_t, most_iterations, good_contraction, spread_evenly
@@ -58,6 +58,8 @@ module taut_ode_newton
       real(wp), private :: h_jacobian = 0.0_wp
       type(place_t), private :: jacobian, refreshed
       logical, private :: has_refreshed = .false., current = .false.
+      !> What the equations remembered where a restart has begun, for those that are met there.
+      type(archive_t), private :: memory
    contains
       procedure :: meet
       procedure :: start
@@ -97,6 +99,7 @@ contains
       end if
       call make_place(self%jacobian)
       call make_place(self%refreshed)
+      call remind(self)
 
    contains
 
@@ -174,9 +177,19 @@ contains
          end associate
          if (info == rhs_ok .and. abs(self%h_factors) > 0.0_wp) call factors(self, ode, self%h_factors, nu, info)
       end if
+      if (allocated(self%memory%error)) info = rhs_failed
       self%equations%evaluations = 0
       call ode%recount(counted, back=.true.)
    end subroutine restore
+
+   !> Behind a restart, the equations remember what they did.
+   subroutine remind(self)
+      type(newton_t), intent(inout) :: self
+
+      if (self%memory%length == 0) return
+      call self%memory%rewind()
+      call self%equations%serialize(self%memory)
+   end subroutine remind
 
    !> The matrices for a step, at a state that it passes through: a new Jacobian where there is none, else with another step what
    !! of it costs little.
@@ -484,9 +497,15 @@ contains
       call archive%item('is fresh', self%fresh)
       call archive%item('is current', self%current)
       call archive%item('is refreshed', self%has_refreshed)
+      call archive%item('yields', self%yields)
       call archive%item('step of the Jacobian', self%h_jacobian)
       call self%jacobian%serialize(archive)
       call self%refreshed%serialize(archive)
+      if (allocated(self%equations) .and. .not. archive%reading) then
+         call self%memory%clear()
+         call self%equations%serialize(self%memory)
+      end if
+      call archive%item('equations', self%memory)
       if (archive%reading .and. allocated(self%equations)) deallocate (self%equations)
    end subroutine serialize
 

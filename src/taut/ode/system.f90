@@ -113,6 +113,7 @@ module taut_ode_system
       procedure :: let_go => nothing_to_let_go
       procedure :: take_back => nothing_to_take_back
       procedure :: explain => nothing_to_explain
+      procedure :: serialize => equations_without_memory
    end type stage_equations_t
 
    abstract interface
@@ -337,6 +338,17 @@ contains
       associate (unused_equations => self)
       end associate
    end subroutine nothing_to_explain
+
+   !> Passes through an archive what is remembered from one step to the next, the matrices apart. The default remembers nothing.
+   subroutine equations_without_memory(self, archive)
+      !> The equations.
+      class(stage_equations_t), intent(inout) :: self
+      !> The archive.
+      type(archive_t), intent(inout) :: archive
+
+      associate (unused_equations => self, unused_archive => archive)
+      end associate
+   end subroutine equations_without_memory
 
    !> Replaces a state by the one on the system's invariants. The default leaves it as it is.
    subroutine project_nothing(self, t, y, place, stale, info)

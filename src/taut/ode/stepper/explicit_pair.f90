@@ -413,6 +413,7 @@ contains
 
       call archive%item('ydot', self%k(:, 1))
       call archive%item('integrand', self%integrand(1, 1))
+      call archive%item('integrand behind', self%integrand_behind)
       call archive%item('steps since a look', self%unseen)
       call archive%item('steps bound by stability', self%bound)
       call archive%item('steps that are not', self%free)

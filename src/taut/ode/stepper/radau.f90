@@ -560,6 +560,7 @@ contains
       call archive%item('longest step', self%cap)
       call archive%item('has history', self%has_history)
       call archive%item('was rejected', self%rejected)
+      call archive%item('evades', self%evades)
       call archive%item('knows z', self%knows_z)
       call archive%item('ydot', self%ydot)
       call archive%item('integrand', self%integrand_behind)
