@@ -49,6 +49,7 @@ contains
                new_test('between the ends of long steps', inside_steps), &
                new_test('inside a long first step', inside_first_step), &
                new_test('no row is above the largest', rows_count), &
+               new_test('not round-off at dead points', at_dead_points), &
                new_test('in a window', in_window), &
                new_test('behind a jump of a load', behind_jump), &
                new_test('at both ends of the motion', at_the_ends), &
@@ -246,6 +247,42 @@ contains
       call check(failure, simulation%result%steps < 50, 'the steps are long')
       call check_close(failure, extreme(recorder, 'rail.force_max'), 30.0_wp, 1.0e-6_wp, 'force of the rail')
    end subroutine rows_count
+
+   !> A rod as long as its crank, which turns with w: the slider's place is 2 cos(w t), on and on through dead points. With a crank
+   !! along (cos, sin), a rod along (cos, -sin) and all masses 1 the forces of the joints have closed forms without a pole: 4 w^2, at
+   !! the crank's, 7/2 w^2 and 3 w^2.
+   subroutine at_dead_points(failure)
+      character(:), allocatable, intent(inout) :: failure
+      character(*), parameter :: integrators(2) = [character(len=6) :: 'dopri5', 'dop853'], &
+                                 reduce(2) = [character(len=7) :: '.true.', '.false.']
+      type(recorder_t) :: recorder
+      type(simulation_t) :: simulation
+      character(:), allocatable :: note
+      integer :: i, j
+
+      do i = 1, size(integrators)
+         do j = 1, size(reduce)
+            call run_case('&mechanism planar=.true. /'//lf//'&body name="crank" shape="rod" mass=1 from=0,0 to=0.8,0.6 /'//lf// &
+                          '&body name="rod" shape="rod" mass=1 from=0.8,0.6 to=1.6,0 /'//lf// &
+                          '&body name="slider" mass=1 inertia=0.01 position=1.6,0 /'//lf// &
+                          '&function name="g" kind="ramp" rate=6 /'//lf// &
+                          '&joint name="A" type="revolute" body_2="crank" point=0,0 drive_angle="g" /'//lf// &
+                          '&joint name="B" type="revolute" body_1="crank" body_2="rod" point=0.8,0.6 /'//lf// &
+                          '&joint name="C" type="revolute" body_1="rod" body_2="slider" point=1.6,0 /'//lf// &
+                          '&joint name="G" type="prismatic" body_2="slider" point=1.6,0 axis=1,0 /'//lf// &
+                          '&integration t_end=5 / &output dt=0.01 /'//lf// &
+                          '&method name="present" integrator="'//trim(integrators(i))//'" reduce='//trim(reduce(j))//' /', &
+                          failure, recorder, simulation)
+            if (allocated(failure)) return
+            call check_close(failure, extreme(recorder, 'A.force_max'), 144.0_wp, 0.1_wp, 'force of A')
+            call check_close(failure, extreme(recorder, 'B.force_max'), 126.0_wp, 0.1_wp, 'force of B')
+            call check_close(failure, extreme(recorder, 'C.force_max'), 108.0_wp, 0.1_wp, 'force of C')
+            call check_close(failure, extreme(recorder, 'G.force_max'), 108.0_wp, 0.1_wp, 'force of G')
+            call recorder%extremes%remark(note)
+            call check(failure, index(note, 'left out of the peaks') > 0, 'nothing is said of what is left out')
+         end do
+      end do
+   end subroutine at_dead_points
 
    !> Between two times the motion is monotone: extremes are at the ends.
    subroutine in_window(failure)

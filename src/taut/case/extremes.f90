@@ -1,9 +1,11 @@
 !> Largest and smallest values of columns over a whole motion: at the end of every step, whatever is written, and where a value may
 !! be larger inside a step than at its ends, at up to three places in it; and wherever a row is written.
 !!
+!! At a singular position reactions are the quotient of two round-offs; there they are left out.
+!!
 !! Nothing of it counts as work of the method, or has a part in the motion.
 module taut_case_extremes
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
    use taut_archive, only: archive_t
    use taut_kinds, only: wp
    use taut_error, only: error_t, raise, to_text
@@ -13,6 +15,7 @@ module taut_case_extremes
    use taut_case_settings, only: extreme_t
    use taut_constrained_method, only: constrained_ode_t, sample_t
    use taut_constrained_system_tables, only: magnitude_t, name_length, tabulated_system_t
+   use taut_linalg_rank, only: reaction_pivot, weaker
    use taut_ode_step, only: step_t
    use taut_ode_system, only: rhs_ok
    use taut_spelling, only: nearest_name
@@ -44,6 +47,11 @@ module taut_case_extremes
       integer, private :: used = 0
       !> Whether the smallest is asked for too: (n).
       logical, allocatable, private :: both(:)
+      !> Whether it is a reaction: (n).
+      logical, allocatable, private :: of_reaction(:)
+      !> The largest of the smallest pivots so far; how often reactions were left out, and where first [s].
+      real(wp), private :: strongest = 0.0_wp, left_out_t = 0.0_wp
+      integer, private :: left_out = 0
       !> Entries of {x; v; w}; whether a column needs all of a sample, or what the system computes besides.
       integer, private :: states = 0
       logical, private :: whole = .false., outputs = .false.
@@ -67,6 +75,7 @@ module taut_case_extremes
       procedure :: see
       procedure :: names
       procedure :: fields
+      procedure :: remark
       procedure :: serialize
    end type extremes_t
 
@@ -118,8 +127,10 @@ contains
       end if
       self%n = k
       self%states = model%n_x + model%n + model%n_w
+      self%of_reaction = self%column == 0
       do i = 1, k
          if (self%column(i) == 0) cycle
+         self%of_reaction(i) = is_reaction(column_name(model, self%column(i)), vectors)
          self%whole = self%whole .or. of_whole_sample(model, self%column(i))
          self%outputs = self%outputs .or. self%column(i) > rank_column(model)
       end do
@@ -135,6 +146,19 @@ contains
 
       is_whole = asked%name == asked%column .and. asked%from <= -huge(1.0_wp) .and. asked%to >= huge(1.0_wp)
    end function is_whole
+
+   !> Whether a column is a multiplier or a component of a vector of them, which begins as it does: hinge.fx of hinge.force.
+   pure logical function is_reaction(name, vectors) result(answer)
+      character(*), intent(in) :: name
+      type(magnitude_t), intent(in) :: vectors(:)
+      integer :: i, n
+
+      answer = index(name, 'lambda') == 1
+      do i = 1, size(vectors)
+         n = index(vectors(i)%name, '.', back=.true.) + 1
+         answer = answer .or. name(:n) == vectors(i)%name(:n)
+      end do
+   end function is_reaction
 
    !> Takes the multipliers of a vector.
    pure subroutine take_vector(self, k, rows)
@@ -284,6 +308,7 @@ contains
             call refuse()
             return
          end if
+         call look_at_pivot(self, t, self%sample%weakest)
          do i = 1, self%n
             values(i) = value_of(self, i, t, step%h_tried, y, self%sample)
          end do
@@ -314,6 +339,7 @@ contains
       real(wp) :: value
       integer :: i
 
+      call look_at_pivot(self, t, sample%weakest)
       do i = 1, self%n
          if (t < self%asked(i)%from .or. t > self%asked(i)%to) cycle
          value = value_of(self, i, t, h, y, sample)
@@ -321,7 +347,26 @@ contains
       end do
    end subroutine see
 
-   !> The value of a column, or the size of a vector.
+   !> Notes how far reactions can be told from round-off.
+   pure subroutine look_at_pivot(self, t, weakest)
+      type(extremes_t), intent(inout) :: self
+      real(wp), intent(in) :: t, weakest
+
+      self%strongest = max(self%strongest, weakest)
+      if (.not. (any(self%of_reaction) .and. is_singular(self, weakest))) return
+      if (self%left_out == 0) self%left_out_t = t
+      self%left_out = self%left_out + 1
+   end subroutine look_at_pivot
+
+   !> Whether reactions are not told from round-off, unless that is how the motion has them everywhere.
+   pure logical function is_singular(self, weakest)
+      type(extremes_t), intent(in) :: self
+      real(wp), intent(in) :: weakest
+
+      is_singular = weakest <= min(reaction_pivot, weaker*self%strongest)
+   end function is_singular
+
+   !> The value of a column, or the size of a vector; not a number where it is not told from round-off.
    pure real(wp) function value_of(self, i, t, h, y, sample) result(value)
       type(extremes_t), intent(in) :: self
       integer, intent(in) :: i
@@ -330,6 +375,10 @@ contains
       type(sample_t), intent(in) :: sample
       integer :: j
 
+      if (self%of_reaction(i) .and. is_singular(self, sample%weakest)) then
+         value = ieee_value(value, ieee_quiet_nan)
+         return
+      end if
       if (self%column(i) > 0) then
          value = column_value(self%column(i), self%states, t, h, y, sample)
          return
@@ -554,6 +603,18 @@ contains
       end do
    end subroutine fields
 
+   !> What is to be said of them.
+   subroutine remark(self, text)
+      !> The extremes.
+      class(extremes_t), intent(in) :: self
+      !> One line without commas; empty if there is nothing.
+      character(:), allocatable, intent(out) :: text
+
+      text = ''
+      if (self%left_out > 0) text = 'reactions near t = '//to_text(self%left_out_t)//' s are left out of the peaks: '// &
+                                    'a singular position; where they are written there they are no more than round-off'
+   end subroutine remark
+
    !> Passes them through an archive.
    subroutine serialize(self, archive)
       !> The extremes; initialized with the same arguments if they are restored.
@@ -567,6 +628,9 @@ contains
       call archive%list('times followed', self%t_past)
       call archive%list('values followed', self%past)
       call archive%list('places followed', self%known)
+      call archive%item('largest of the smallest pivots', self%strongest)
+      call archive%item('reactions left out', self%left_out)
+      call archive%item('first time of them', self%left_out_t)
       if (allocated(archive%error) .or. .not. archive%reading) return
       if (any([size(self%best), size(self%t_best), size(self%t_past), size(self%past)] /= 2*self%n) .or. &
           any([size(self%best, 1), size(self%t_best, 1), size(self%t_past, 1), size(self%past, 1)] /= 2) .or. &

@@ -41,7 +41,7 @@ contains
       !> With its line end.
       character(:), allocatable, intent(out) :: row
       type(row_t) :: fields
-      character(:), allocatable :: balance, blows, own
+      character(:), allocatable :: balance, blows, own, peaks
 
       associate (result => simulation%result)
          call fields%create()
@@ -65,7 +65,8 @@ contains
          call recorder%balance%remark(settings%options_of(chosen), result, settings%t_start, balance)
          call simulation%ode%remark(blows)
          call model%note(own)
-         call fields%add(joined(joined(joined(own, blows), balance), said(result)))
+         call recorder%extremes%remark(peaks)
+         call fields%add(joined(joined(joined(joined(own, blows), peaks), balance), said(result)))
          call fields%add(seconds)
          call fields%add(blas_text())
          call recorder%extremes%fields(fields)

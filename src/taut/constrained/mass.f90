@@ -29,6 +29,8 @@ module taut_constrained_mass
       class(normal_solver_t), allocatable, private :: reduced
       !> Whether M was found and is positive definite; whether it never changes.
       logical, private :: known = .false., constant = .true.
+      !> Whether M~ was ever made.
+      logical, private :: is_reduced = .false.
       !> Row where M is not positive definite.
       integer, private :: bad_row = 0
       !> Whether the projector's W is M; whether it is I, so that one number may do.
@@ -49,6 +51,7 @@ module taut_constrained_mass
       procedure, non_overridable :: correct_force
       procedure, non_overridable :: complete
       procedure, non_overridable :: least_norm
+      procedure, non_overridable :: weakest
       procedure, non_overridable :: explain
       procedure, non_overridable :: serialize
    end type mass_t
@@ -133,6 +136,7 @@ contains
       if (self%is_weight .or. self%uniform > 0.0_wp) return
       if (self%reduced%revision /= projector%linear%keeper%revision) call projector%linear%keeper%hand_over(self%reduced)
       call self%reduced%factorize(projector%linear%a, self%m, .false., info)
+      self%is_reduced = info == 0
       if (info /= 0) info = rhs_retry
    end subroutine reduce
 
@@ -279,6 +283,22 @@ contains
          call self%reduced%minimum_norm(lambda)
       end if
    end subroutine least_norm
+
+   !> The smallest pivot of A M^-1 A^T, by which errors of multipliers grow.
+   pure real(wp) function weakest(self, projector) result(pivot)
+      !> The mass matrix, after `reduce`; without it nothing is known of a pivot.
+      class(mass_t), intent(in) :: self
+      !> The projector, for W = M or M = m I.
+      type(projector_t), intent(in) :: projector
+
+      pivot = 1.0_wp
+      if (self%c < 2) return
+      if (self%is_weight .or. self%uniform > 0.0_wp) then
+         pivot = projector%linear%onto%weakest()
+      else if (self%is_reduced) then
+         pivot = self%reduced%weakest()
+      end if
+   end function weakest
 
    !> Why the last `renew` failed, in words; empty if it did not.
    subroutine explain(self, model, text)

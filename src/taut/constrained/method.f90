@@ -55,6 +55,8 @@ module taut_constrained_method
       real(wp) :: work = 0.0_wp
       !> Multipliers of Eqs (14): mu at the end of the last step before the state was replaced, lambda at the state: (c).
       real(wp), allocatable :: mu(:), lambda(:)
+      !> The smallest pivot, relative to its diagonal entry, of the matrix that gives lambda: near 0 at a singular position.
+      real(wp) :: weakest = 1.0_wp
       !> Rank of A.
       integer :: rank = 0
       !> What the system computes besides: (n_outputs).

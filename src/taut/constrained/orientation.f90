@@ -235,7 +235,7 @@ contains
       if (.not. allocated(self%crossings)) return
       if (size(self%crossings) == 0) return
       text = 'singular positions were passed where branches of the motion meet: '//to_text(size(self%crossings))// &
-             ' (the first at t = '//to_text(self%crossings(1))//' s)'
+             ' (the first at t = '//to_text(self%crossings(1))//' s); reactions are not determined there'
    end subroutine remark
 
    !> Passes through an archive what is remembered from one step to the next.

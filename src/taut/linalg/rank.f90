@@ -9,7 +9,7 @@ module taut_linalg_rank
    private
    public :: doubtful_pivot, independent, exactly_dependent, largest_share, negligible, with_noise, weak_direction, &
              least_direction, most_refinements
-   public :: dead_pivot, dead_steps, passed_pivot, pivot_floor, weak_pivot, weaker, ill_conditioned, refinements, &
+   public :: dead_pivot, dead_steps, passed_pivot, pivot_floor, reaction_pivot, weak_pivot, weaker, ill_conditioned, refinements, &
              least_of_independent
    public :: seen_rising, rising_steps, above_violation
    public :: rcond_of_s, rcond_of_root, rcond_of_pivots, widest_range, doubtful_in_s, least_pivot, unit_diagonal
@@ -52,6 +52,10 @@ module taut_linalg_rank
    !> Near a dead point, kept rows with a pivot below this are passed over for the moment: to meet them would move the state by the
    !! tolerance of the projection, 1e-12, over the root of the pivot, which is more than the integration is wrong by.
    real(wp), parameter :: passed_pivot = 1.0e-8_wp
+   !> With a pivot below this, reactions are not told from round-off: their relative error is eps over the square of the pivot, of
+   !! which one factor is that of velocities and the other that of accelerations. A slider-crank had 8 at 1e-8, 2e-2 at 1e-7, 7e-5
+   !! at 1e-6 and less than 1e-5 at 1e-5.
+   real(wp), parameter :: reaction_pivot = 1.0e-5_wp
    !> Passing a dead point takes a step or two; staying there so many accepted steps is a change of the rank.
    integer, parameter :: dead_steps = 5
    !> Kept rows with a pivot below the first, and weaker than those chosen by the second, may no longer be the best choice.

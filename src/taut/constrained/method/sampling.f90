@@ -19,6 +19,7 @@ contains
          if (info /= rhs_ok) return
          call self%accelerations(self%dydt, self%vdot)
          call self%multipliers(s%lambda)
+         s%weakest = self%mass%weakest(projector)
          if (self%finds_mu .and. .not. self%replaces) call self%velocity_multipliers(s%mu)
 
          call self%unpack(t, y, self%at)
@@ -72,6 +73,7 @@ contains
          call self%unpack(t, y, self%at)
       end if
       call self%multipliers(s%lambda)
+      s%weakest = self%mass%weakest(self%projector)
       if (outputs) call find_outputs(self, s)
    end procedure sample_reactions
 
